@@ -1,0 +1,198 @@
+"""The network of learned subgoal planning (Stein et al. 2018, section 4) and how it is trained."""
+
+# Shapes: B batch, I inputs (260), H hidden width of one layer, O raw outputs (3: logit of P_S, delta success,
+#         exploration), T regression targets (2: delta success, exploration), L losses (4: total, then one per output).
+#         A trailing digit is that many values. "scaled" is in units of the targets' own spread, "_m" in metres.
+
+# ruff: noqa: N803, N806, N815 - the capitals at the end of a name are its shape
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Literal, NamedTuple
+
+import torch
+from lightning.pytorch import LightningModule
+from torch import Tensor, nn
+from torch.nn import functional
+
+TargetScaling = Literal["standardise", "log"]
+
+
+class Batch(NamedTuple):
+    """B labelled subgoals; a target that does not apply holds any finite number and is masked by ``leads_B``."""
+
+    inputs_BI: Tensor  # float32 [m]
+    leads_B: Tensor  # float32: 1 where the subgoal leads to the goal, else 0
+    targets_m_BT: Tensor  # float32 [m]
+    weight_B: Tensor  # float32: what this datum counts in the cross-entropy, 1 on average
+
+
+class Losses(NamedTuple):
+    """Scalars: ``total`` is what is minimised, the others its parts before their weights."""
+
+    total: Tensor
+    success: Tensor
+    delta_success: Tensor
+    exploration: Tensor
+
+
+class Dropout(nn.Module):
+    """Dropout as torch's own, at an eighth of its cost on a CPU: eight decisions from each random word.
+
+    The rate is rounded to a multiple of 1/256; what is kept is scaled up by the rounded rate.
+    """
+
+    def __init__(self, rate: float) -> None:
+        """Drop each value with chance ``rate`` in [0, 1) while training."""
+        super().__init__()
+        self.threshold = min(round(256 * rate), 255)
+
+    def forward(self, values_BH: Tensor) -> Tensor:
+        """Return the values, some of them 0 while training."""
+        if not self.training or self.threshold == 0:
+            return values_BH
+        words = torch.empty((values_BH.numel() + 7) // 8, dtype=torch.int64, device=values_BH.device)
+        words.random_(-(2**63), None)  # all 64 bits
+        bytes_BH = words.view(torch.uint8)[: values_BH.numel()].view(values_BH.shape)
+        return values_BH * ((bytes_BH >= self.threshold).to(values_BH.dtype) * (256 / (256 - self.threshold)))
+
+
+class SubgoalNet(nn.Module):
+    """260 inputs -> P_S (as logit), delta success cost and exploration cost (scaled).
+
+    Each hidden layer is Linear, BatchNorm, Dropout, Sigmoid, in the order of the paper. The scaling of inputs and
+    targets lives in buffers, so that weights and scaling cannot be told apart by accident.
+    """
+
+    input_mean: Tensor
+    input_std: Tensor
+    target_mean: Tensor
+    target_std: Tensor
+
+    def __init__(
+        self,
+        *,
+        inputs: int = 260,
+        hidden: Sequence[int] = (256, 128, 48, 16),
+        dropout: float = 0.5,
+        target_scaling: TargetScaling = "standardise",
+    ) -> None:
+        """Make a network with random weights and scalings that change nothing."""
+        super().__init__()
+        self.target_scaling = target_scaling
+        widths = [inputs, *hidden]
+        self.layers = nn.ModuleList(
+            nn.Sequential(nn.Linear(fan_in, fan_out), nn.BatchNorm1d(fan_out), Dropout(dropout), nn.Sigmoid())
+            for fan_in, fan_out in pairwise(widths)
+        )
+        self.head = nn.Linear(widths[-1], 3)
+        self.register_buffer("input_mean", torch.zeros(inputs))
+        self.register_buffer("input_std", torch.ones(inputs))
+        self.register_buffer("target_mean", torch.zeros(2))
+        self.register_buffer("target_std", torch.ones(2))
+
+    def forward(self, inputs_BI: Tensor) -> Tensor:
+        """Return raw_BO for inputs in metres."""
+        hidden_BH = (inputs_BI - self.input_mean) / self.input_std
+        for layer in self.layers:
+            hidden_BH = layer(hidden_BH)
+        raw_BO: Tensor = self.head(hidden_BH)
+        return raw_BO
+
+    def scale(self, targets_m_BT: Tensor) -> Tensor:
+        """Return targets as the regressions see them; "log" takes log(1 + metres) before standardising."""
+        values_BT = targets_m_BT.clamp(min=0.0).log1p() if self.target_scaling == "log" else targets_m_BT
+        return (values_BT - self.target_mean) / self.target_std
+
+    def unscale(self, scaled_BT: Tensor) -> Tensor:
+        """Return costs in metres: the inverse of :meth:`scale`, cut off at 0, below which no cost can be."""
+        values_BT = scaled_BT * self.target_std + self.target_mean
+        return (values_BT.expm1() if self.target_scaling == "log" else values_BT).clamp(min=0.0)
+
+
+class SubgoalPredictor(nn.Module):
+    """A trained network with its calibration: what a planner reads, P_S and two costs in metres."""
+
+    def __init__(self, net: SubgoalNet, *, slope: float, offset: float) -> None:
+        """Predict with ``net``; P_S = sigmoid(slope * logit + offset)."""
+        super().__init__()
+        self.net, self.slope, self.offset = net, slope, offset
+
+    def forward(self, inputs_BI: Tensor) -> Tensor:
+        """Return [B, 3]: P_S, delta success cost [m], exploration cost [m]."""
+        raw_BO = self.net(inputs_BI)
+        p_B1 = torch.sigmoid(self.slope * raw_BO[:, :1] + self.offset)
+        return torch.cat([p_B1, self.net.unscale(raw_BO[:, 1:])], dim=1)
+
+
+def subgoal_losses(
+    raw_BO: Tensor, scaled_BT: Tensor, batch: Batch, *, success_weight: float, exploration_weight: float
+) -> Losses:
+    """Return weighted cross-entropy of P_S and the squared errors of each cost where it applies.
+
+    scaled_BT: the batch's targets, scaled. success_weight, exploration_weight: what the regressions of delta success
+    and of exploration count beside the cross-entropy. A batch in which one never applies adds 0 for it.
+    """
+    entropy_B = functional.binary_cross_entropy_with_logits(raw_BO[:, 0], batch.leads_B, reduction="none")
+    applies_BT = torch.stack([batch.leads_B, 1.0 - batch.leads_B], dim=1)
+    squared_BT = (raw_BO[:, 1:] - scaled_BT).square() * applies_BT
+    delta, exploration = squared_BT.sum(dim=0) / applies_BT.sum(dim=0).clamp(min=1.0)
+    success = (entropy_B * batch.weight_B).mean()
+    total = success + success_weight * delta + exploration_weight * exploration
+    return Losses(total, success, delta, exploration)
+
+
+class SubgoalTraining(LightningModule):
+    """Adam with a stepped decay on :func:`subgoal_losses`; nothing is logged per step, sums are kept instead."""
+
+    loss_sums_L: Tensor
+    loss_steps: Tensor
+
+    def __init__(
+        self,
+        net: SubgoalNet,
+        *,
+        learning_rate: float = 0.004,
+        decay: float = 0.9,
+        decay_every: int = 5000,
+        success_weight: float = 1.0,
+        exploration_weight: float = 1.0,
+    ) -> None:
+        """Train ``net``; the learning rate is multiplied by ``decay`` every ``decay_every`` steps."""
+        super().__init__()
+        self.net = net
+        self.learning_rate, self.decay, self.decay_every = learning_rate, decay, decay_every
+        self.success_weight, self.exploration_weight = success_weight, exploration_weight
+        self.register_buffer("loss_sums_L", torch.zeros(len(Losses._fields)), persistent=False)
+        self.register_buffer("loss_steps", torch.zeros(()), persistent=False)
+
+    def losses(self, batch: Batch) -> Losses:
+        """Return the losses of the network, in its present mode, on ``batch``."""
+        return subgoal_losses(
+            self.net(batch.inputs_BI),
+            self.net.scale(batch.targets_m_BT),
+            batch,
+            success_weight=self.success_weight,
+            exploration_weight=self.exploration_weight,
+        )
+
+    def training_step(self, batch: Batch, _: int) -> Tensor:
+        """Return what Lightning minimises."""
+        losses = self.losses(batch)
+        with torch.no_grad():
+            self.loss_sums_L += torch.stack(losses)
+            self.loss_steps += 1.0
+        return losses.total
+
+    def take_mean_losses(self) -> list[float]:
+        """Return the mean of each of :class:`Losses` over the steps since the last call, and start anew."""
+        means_L: list[float] = (self.loss_sums_L / self.loss_steps.clamp(min=1.0)).tolist()
+        self.loss_sums_L.zero_()
+        self.loss_steps.zero_()
+        return means_L
+
+    def configure_optimizers(self) -> dict[str, object]:  # type: ignore[override]  # Lightning's own union of dicts
+        """Return Adam with default betas and its stepped decay."""
+        optimizer = torch.optim.Adam(self.net.parameters(), lr=self.learning_rate, fused=True)
+        schedule = torch.optim.lr_scheduler.StepLR(optimizer, step_size=self.decay_every, gamma=self.decay)
+        return {"optimizer": optimizer, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}

@@ -1,0 +1,69 @@
+"""Parquet shards to datums."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from pipeline.datums.schema import BEAMS, DATUM_SCHEMA, DATUM_VERSION, METADATA_KEY, DatumRows, stack
+from pipeline.errors import TableError
+
+
+def read_datums(folder: Path, splits: Sequence[str] | None = None) -> DatumRows:
+    """Return the datums of ``folder`` in shard order, of all splits or of ``splits``.
+
+    Raises TableError naming the file when the folder or its shards are missing, a shard is damaged or of another
+    version; the message says what to run.
+    """
+    shards = sorted(folder.glob("part-*.parquet"))
+    if not shards:
+        raise TableError(f"{folder} holds no datums (part-*.parquet expected): run the harvest stage first.")
+    parts = [rows for path in shards if len((rows := _read_shard(path, splits)).pair_id)]
+    if not parts:
+        return stack([])
+    return DatumRows(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def _read_shard(path: Path, splits: Sequence[str] | None) -> DatumRows:
+    try:
+        with pq.ParquetFile(path) as file:
+            _check_version(path, file.schema_arrow)
+            table = file.read()
+    except (OSError, pa.ArrowException) as error:
+        raise TableError(
+            f"{path} is not a readable parquet file ({error}): delete it and run the harvest stage again."
+        ) from error
+    if splits is not None:
+        table = table.filter(pc.is_in(table["split"], pa.array(list(splits), type=pa.string())))
+    return DatumRows(*(_values(table[field.name].combine_chunks()) for field in DATUM_SCHEMA))  # type: ignore[arg-type]
+
+
+def _check_version(path: Path, found: pa.Schema) -> None:
+    try:
+        marks = dict(json.loads((found.metadata or {}).get(METADATA_KEY, b"{}")))
+    except (TypeError, ValueError):
+        marks = {}
+    version = marks.get("version")
+    if marks.get("table") != "datums" or version != DATUM_VERSION:
+        described = f"datums v{version}" if marks.get("table") == "datums" else "no hinterland datums"
+        raise TableError(f"{path} holds {described}, this code reads datums v{DATUM_VERSION}: run `dvc repro harvest`.")
+    if not found.equals(DATUM_SCHEMA):
+        raise TableError(
+            f"{path} says datums v{version} but its columns are {found.names}, expected {DATUM_SCHEMA.names} "
+            "with the types of pipeline/datums/schema.py: delete it and run the harvest stage again."
+        )
+
+
+def _values(array: pa.Array) -> NDArray[np.generic]:
+    if pa.types.is_string(array.type):
+        words = array.dictionary_encode()
+        shared = np.asarray(words.dictionary.to_pylist() or [""], dtype=object)
+        return np.asarray(shared[words.indices.to_numpy()])
+    if pa.types.is_fixed_size_list(array.type):
+        return np.asarray(array.flatten().to_numpy()).reshape(-1, BEAMS)
+    return np.asarray(array.to_numpy(zero_copy_only=False))

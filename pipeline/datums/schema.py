@@ -1,0 +1,118 @@
+"""The datum table: one row per subgoal that a robot met while exploring, with what it led to.
+
+The version rises with every change of a column's name, type, unit or meaning; a reader refuses another version.
+"""
+
+import json
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+DATUM_VERSION: Final = 1
+BEAMS: Final = 256
+METADATA_KEY: Final = b"hinterland"
+
+Texts = NDArray[np.object_]  # of str; equal words share one object, so that 300 k rows stay small
+Float32s = NDArray[np.float32]
+Float64s = NDArray[np.float64]
+
+
+class Datum(NamedTuple):
+    """One labelled subgoal. Fields as in :class:`DatumRows`; ``None`` stands where a label does not apply."""
+
+    pair_id: str
+    plan_id: str
+    building: str
+    environment: str
+    split: str
+    seed: int
+    step: int
+    subgoal: int
+    pose_x_m: float
+    pose_y_m: float
+    heading_rad: float
+    ranges: NDArray[np.floating]
+    goal_x_m: float
+    goal_y_m: float
+    subgoal_x_m: float
+    subgoal_y_m: float
+    leads_to_goal: bool
+    delta_success_m: float | None
+    exploration_m: float | None
+    weight_m: float
+    frontier_cells: int
+
+
+class DatumRows(NamedTuple):
+    """N datums as arrays, row by row aligned.
+
+    Robot frame: origin at the robot, x ahead, y left; beam i at angle ``2 pi i / 256``, counter-clockwise.
+    """
+
+    pair_id: Texts  # [N]
+    plan_id: Texts  # [N]
+    building: Texts  # [N] what the splits are made by
+    environment: Texts  # [N]
+    split: Texts  # [N] train, validation, test
+    seed: NDArray[np.int64]  # [N]
+    step: NDArray[np.int32]  # [N] of the exploring robot
+    subgoal: NDArray[np.int32]  # [N] index within the step
+    pose_x_m: Float64s  # [N] world frame
+    pose_y_m: Float64s  # [N] world frame
+    heading_rad: Float64s  # [N] world frame, counter-clockwise from x
+    ranges: Float32s  # [N, 256] m, robot frame; the sensor's maximum range where nothing was hit
+    goal_x_m: Float32s  # [N] robot frame
+    goal_y_m: Float32s  # [N] robot frame
+    subgoal_x_m: Float32s  # [N] robot frame
+    subgoal_y_m: Float32s  # [N] robot frame
+    leads_to_goal: NDArray[np.bool_]  # [N]
+    delta_success_m: Float32s  # [N] NaN where the subgoal does not lead to the goal
+    exploration_m: Float32s  # [N] NaN where it does
+    weight_m: Float32s  # [N] cost of taking this subgoal for the other class
+    frontier_cells: NDArray[np.int32]  # [N]
+
+
+def _column(name: str, kind: pa.DataType, unit: str, frame: str, *, nullable: bool = False) -> pa.Field:
+    return pa.field(name, kind, nullable=nullable, metadata={"unit": unit, "frame": frame})
+
+
+DATUM_SCHEMA: Final[pa.Schema] = pa.schema(
+    [
+        *(_column(name, pa.string(), "", "") for name in ("pair_id", "plan_id", "building", "environment", "split")),
+        _column("seed", pa.int64(), "", ""),
+        _column("step", pa.int32(), "1", ""),
+        _column("subgoal", pa.int32(), "1", ""),
+        _column("pose_x_m", pa.float64(), "m", "world"),
+        _column("pose_y_m", pa.float64(), "m", "world"),
+        _column("heading_rad", pa.float64(), "rad", "world"),
+        _column("ranges", pa.list_(pa.field("item", pa.float32(), nullable=False), BEAMS), "m", "robot"),
+        *(_column(name, pa.float32(), "m", "robot") for name in ("goal_x_m", "goal_y_m", "subgoal_x_m", "subgoal_y_m")),
+        _column("leads_to_goal", pa.bool_(), "", ""),
+        _column("delta_success_m", pa.float32(), "m", "", nullable=True),
+        _column("exploration_m", pa.float32(), "m", "", nullable=True),
+        _column("weight_m", pa.float32(), "m", ""),
+        _column("frontier_cells", pa.int32(), "1", ""),
+    ],
+    metadata={METADATA_KEY: json.dumps({"table": "datums", "version": DATUM_VERSION}).encode()},
+)
+
+
+def stack(datums: Sequence[Datum]) -> DatumRows:
+    """Turn ``datums`` into columns, in order; an empty list gives zero rows."""
+    columns: dict[str, NDArray[np.generic]] = {}
+    for index, field in enumerate(DATUM_SCHEMA):
+        values = [datum[index] for datum in datums]
+        if field.name == "ranges":
+            columns["ranges"] = np.asarray(values, dtype=np.float32).reshape(len(datums), BEAMS)
+        else:
+            columns[field.name] = np.asarray(
+                [np.nan if value is None else value for value in values], dtype=_numpy_type(field.type)
+            )
+    return DatumRows(**columns)  # type: ignore[arg-type]  # the schema fixes each column's type
+
+
+def _numpy_type(kind: pa.DataType) -> np.dtype[np.generic]:
+    return np.dtype(object) if pa.types.is_string(kind) else np.dtype(kind.to_pandas_dtype())

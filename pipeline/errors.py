@@ -1,0 +1,21 @@
+"""The errors a user may meet. Each message says what came, what was expected and what to do."""
+
+
+class HinterlandError(Exception):
+    """Base of every error caused by an input, a configuration or a file, never by a bug."""
+
+
+class ConfigError(HinterlandError):
+    """A configuration key is unknown, has the wrong type or an impossible value."""
+
+
+class PlanError(HinterlandError):
+    """A floor plan is missing, unreadable or unusable."""
+
+
+class TableError(HinterlandError):
+    """A table or weights file is missing, of another version, or does not fit the code that reads it."""
+
+
+class TrialError(HinterlandError):
+    """A trial cannot be run as asked, such as a start inside a wall."""

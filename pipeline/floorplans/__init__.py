@@ -1,0 +1,1 @@
+"""Floor plans in metres: readers and writers for each format, generators, checks."""

@@ -1,0 +1,123 @@
+"""The table of plans: artifacts/plans/plans.parquet, one row per plan."""
+
+import zlib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import shapely
+
+from pipeline.files import write_table
+from pipeline.floorplans.checks import PlanReport
+from pipeline.floorplans.plan import Bounds, Door, FloorPlan, GridPlan, Location
+from pipeline.tables import column, read_table, table_schema
+
+_DOOR = pa.struct([("x", pa.float64()), ("y", pa.float64()), ("width", pa.float64())])
+
+PLANS = table_schema(
+    "plans",
+    1,
+    [
+        column("plan_id", pa.string()),
+        column("building", pa.string()),
+        column("floor", pa.string()),
+        column("environment", pa.string()),
+        column("split", pa.string(), optional=True),
+        column("kind", pa.string()),
+        column("free_wkb", pa.binary(), unit="m", frame="world", optional=True),
+        column("cells", pa.binary(), frame="row 0 = lowest y", optional=True),
+        column("rows", pa.int32(), optional=True),
+        column("cols", pa.int32(), optional=True),
+        column("resolution_m", pa.float64(), unit="m", optional=True),
+        column("origin_x_m", pa.float64(), unit="m", frame="world"),
+        column("origin_y_m", pa.float64(), unit="m", frame="world"),
+        column("width_m", pa.float64(), unit="m"),
+        column("height_m", pa.float64(), unit="m"),
+        column("start_x_m", pa.float64(), unit="m", frame="world", optional=True),
+        column("start_y_m", pa.float64(), unit="m", frame="world", optional=True),
+        column("goal_x_m", pa.float64(), unit="m", frame="world", optional=True),
+        column("goal_y_m", pa.float64(), unit="m", frame="world", optional=True),
+        column("doors", pa.list_(_DOOR), unit="m", frame="world"),
+        column("free_components", pa.int32()),
+        column("largest_free_share", pa.float64()),
+        column("narrowest_door_m", pa.float64(), unit="m", optional=True),
+        column("warnings", pa.list_(pa.string())),
+        column("source", pa.string()),
+    ],
+)
+
+
+def write_plans(path: Path, plans: Iterable[tuple[FloorPlan | GridPlan, PlanReport]]) -> None:
+    """Write checked plans as one parquet table, atomically."""
+    rows = [_row(plan, report) for plan, report in plans]
+    write_table(path, pa.Table.from_pylist(rows, schema=PLANS))
+
+
+def read_plans(path: Path) -> list[tuple[FloorPlan | GridPlan, PlanReport]]:
+    """Read the table of plans.
+
+    Raises:
+        TableError: missing, unreadable, or written by another version.
+    """
+    return [(_plan(row), _report(row)) for row in read_table(path, PLANS, stage="plans").to_pylist()]
+
+
+def _row(plan: FloorPlan | GridPlan, report: PlanReport) -> dict[str, Any]:
+    start, goal = plan.endpoints or (None, None)
+    shared = {
+        "plan_id": plan.plan_id,
+        "building": plan.building,
+        "floor": plan.floor,
+        "environment": plan.environment,
+        "split": plan.split,
+        "source": plan.source,
+        "start_x_m": start.x if start else None,
+        "start_y_m": start.y if start else None,
+        "goal_x_m": goal.x if goal else None,
+        "goal_y_m": goal.y if goal else None,
+        "doors": [door._asdict() for door in plan.doors],
+        **vars(report),
+        "warnings": list(report.warnings),
+    }
+    if isinstance(plan, FloorPlan):
+        extent = {"origin_x_m": plan.bounds.min_x, "origin_y_m": plan.bounds.min_y}
+        return shared | extent | {"kind": "geometry", "free_wkb": shapely.to_wkb(plan.free)}
+    rows, cols = plan.cells.shape
+    return shared | {
+        "kind": "grid",
+        "cells": zlib.compress(plan.cells.astype(np.uint8).tobytes()),
+        "rows": rows,
+        "cols": cols,
+        "resolution_m": plan.resolution,
+        "origin_x_m": plan.origin.x,
+        "origin_y_m": plan.origin.y,
+    }
+
+
+def _plan(row: dict[str, Any]) -> FloorPlan | GridPlan:
+    shared: dict[str, Any] = {
+        key: row[key] for key in ("plan_id", "building", "floor", "environment", "split", "source")
+    }
+    shared["doors"] = tuple(Door(**door) for door in row["doors"])
+    if row["start_x_m"] is not None:
+        start, goal = (Location(row[f"{end}_x_m"], row[f"{end}_y_m"]) for end in ("start", "goal"))
+        shared["endpoints"] = (start, goal)
+    x, y = row["origin_x_m"], row["origin_y_m"]
+    if row["kind"] == "geometry":
+        bounds = Bounds(x, y, x + row["width_m"], y + row["height_m"])
+        return FloorPlan(**shared, free=shapely.from_wkb(row["free_wkb"]), bounds=bounds)
+    cells = np.frombuffer(zlib.decompress(row["cells"]), dtype=np.uint8).reshape(row["rows"], row["cols"])
+    return GridPlan(**shared, cells=cells, resolution=row["resolution_m"], origin=Location(x, y))
+
+
+def _report(row: dict[str, Any]) -> PlanReport:
+    return PlanReport(
+        width_m=row["width_m"],
+        height_m=row["height_m"],
+        free_components=row["free_components"],
+        largest_free_share=row["largest_free_share"],
+        narrowest_door_m=row["narrowest_door_m"],
+        warnings=tuple(row["warnings"]),
+    )

@@ -1,0 +1,1 @@
+"""Occupancy grids: rasterise, inflate, ray-cast, frontiers, travel distances. Arrays in, arrays out."""

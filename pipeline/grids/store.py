@@ -1,0 +1,151 @@
+"""The tables of the rasterize stage: grids.parquet, one row per plan, and pairs.parquet, one row per start and goal."""
+
+import zlib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from pipeline.files import write_table
+from pipeline.grids.occupancy import Cell, OccupancyGrid, Point
+from pipeline.grids.splits import SPLITS
+from pipeline.tables import column, read_table, table_schema
+
+_IDENTITY = [column(name, pa.string()) for name in ("plan_id", "building", "environment", "split")]
+
+GRIDS = table_schema(
+    "grids",
+    1,
+    [
+        *_IDENTITY,
+        column("rows", pa.int32()),
+        column("cols", pa.int32()),
+        column("resolution_m", pa.float64(), unit="m"),
+        column("origin_x_m", pa.float64(), unit="m", frame="world"),
+        column("origin_y_m", pa.float64(), unit="m", frame="world"),
+        column("cells", pa.binary(), frame="row 0 = lowest y"),
+        column("robot_radius_m", pa.float64(), unit="m"),
+    ],
+)
+
+PAIRS = table_schema(
+    "pairs",
+    1,
+    [
+        column("pair_id", pa.string()),
+        *_IDENTITY,
+        *(column(name, pa.int32(), unit="cell") for name in ("start_row", "start_col", "goal_row", "goal_col")),
+        column("known_map_m", pa.float64(), unit="m"),
+    ],
+)
+
+
+class GridRecord(NamedTuple):
+    """The true map of one plan: FREE and OCCUPIED cells in a closed ring, and the radius [m] to inflate them by."""
+
+    plan_id: str
+    building: str
+    environment: str
+    split: str
+    grid: OccupancyGrid
+    robot_radius_m: float
+
+
+class Pair(NamedTuple):
+    """A start and a goal on one plan. known_map_m: shortest travel distance in the true inflated map [m]."""
+
+    pair_id: str
+    plan_id: str
+    building: str
+    environment: str
+    split: str
+    start: Cell
+    goal: Cell
+    known_map_m: float
+
+
+def write_worlds(folder: Path, records: Iterable[GridRecord]) -> Path:
+    """Write folder/grids.parquet atomically and return its path."""
+    path = folder / "grids.parquet"
+    write_table(path, pa.Table.from_pylist([_grid_row(record) for record in records], schema=GRIDS))
+    return path
+
+
+def write_pairs(folder: Path, pairs: Iterable[Pair]) -> Path:
+    """Write folder/pairs.parquet atomically and return its path."""
+    path = folder / "pairs.parquet"
+    write_table(path, pa.Table.from_pylist([_pair_row(pair) for pair in pairs], schema=PAIRS))
+    return path
+
+
+def read_worlds(folder: Path, split: str | None = None) -> list[GridRecord]:
+    """Return the maps of ``split``, or all, in the order of the table.
+
+    Raises:
+        TableError: the table is missing, unreadable or of another version.
+    """
+    table = read_table(folder / "grids.parquet", GRIDS, stage="rasterize")
+    return [_grid_record(row) for row in _rows_of(table, split)]
+
+
+def read_pairs(folder: Path, split: str | None = None) -> list[Pair]:
+    """Return the pairs of ``split``, or all, in the order of the table.
+
+    Raises:
+        TableError: the table is missing, unreadable or of another version.
+    """
+    table = read_table(folder / "pairs.parquet", PAIRS, stage="rasterize")
+    return [_pair(row) for row in _rows_of(table, split)]
+
+
+def _rows_of(table: pa.Table, split: str | None) -> list[dict[str, Any]]:
+    if split is not None and split not in SPLITS:
+        raise ValueError(f"split = {split}: expected one of {', '.join(SPLITS)}")
+    if split is not None:
+        table = table.filter(pc.equal(table["split"], split))
+    rows: list[dict[str, Any]] = table.to_pylist()
+    return rows
+
+
+def _grid_row(record: GridRecord) -> dict[str, Any]:
+    rows, cols = record.grid.cells.shape
+    return {
+        **{name: getattr(record, name) for name in ("plan_id", "building", "environment", "split", "robot_radius_m")},
+        "rows": rows,
+        "cols": cols,
+        "resolution_m": record.grid.resolution,
+        "origin_x_m": record.grid.origin.x,
+        "origin_y_m": record.grid.origin.y,
+        "cells": zlib.compress(record.grid.cells.tobytes()),
+    }
+
+
+def _grid_record(row: dict[str, Any]) -> GridRecord:
+    cells = np.frombuffer(zlib.decompress(row["cells"]), dtype=np.uint8).reshape(row["rows"], row["cols"]).copy()
+    return GridRecord(
+        plan_id=row["plan_id"],
+        building=row["building"],
+        environment=row["environment"],
+        split=row["split"],
+        grid=OccupancyGrid(cells, row["resolution_m"], Point(row["origin_x_m"], row["origin_y_m"])),
+        robot_radius_m=row["robot_radius_m"],
+    )
+
+
+def _pair_row(pair: Pair) -> dict[str, Any]:
+    ends = {
+        "start_row": pair.start.row,
+        "start_col": pair.start.col,
+        "goal_row": pair.goal.row,
+        "goal_col": pair.goal.col,
+    }
+    rest = pair._asdict()
+    return {key: rest[key] for key in rest if key not in ("start", "goal")} | ends
+
+
+def _pair(row: dict[str, Any]) -> Pair:
+    start, goal = (Cell(row.pop(f"{end}_row"), row.pop(f"{end}_col")) for end in ("start", "goal"))
+    return Pair(**row, start=start, goal=goal)

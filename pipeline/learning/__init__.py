@@ -1,0 +1,1 @@
+"""From labelled rows to trained weights: examples, batches, fit, calibration, scores, weights files."""

@@ -1,0 +1,1 @@
+"""Subgoals, the expected-cost solver, the protocols of planners and estimators, the optimistic planner."""

@@ -1,0 +1,82 @@
+"""The paper's scatter: cost of a planner over the cost of the optimistic one, with the RANSAC line."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pipeline.evaluation.cost_table import title_of
+from pipeline.evaluation.paired import PairedCosts
+from pipeline.evaluation.ransac import OriginLine
+from pipeline.reports.style import INK, MUTED, ORANGE, PLANNER_COLOURS, SKY, dress, new_figure
+
+
+def draw_cost_scatter(paired: PairedCosts, line: OriginLine, planner: str, *, small: bool = False) -> Figure:
+    """Return the scatter of [n] paired costs [m]: inliers filled, outliers hollow, below the diagonal shaded.
+
+    A point below the diagonal is a trial on which the planner travelled less than the optimistic one.
+    """
+    figure = new_figure(4.6, 4.6) if small else new_figure(6.4, 6.4)
+    axes = figure.add_subplot()
+    reach = 1.05 * float(max(paired.baseline_m.max(), paired.ours_m.max()))
+    _draw_background(axes, reach)
+    colour = PLANNER_COLOURS.get(planner, MUTED)
+    size, inliers = (16 if small else 24) / (1.0 + paired.baseline_m.size / 1500), line.inliers
+    count, total = int(inliers.sum()), inliers.size
+    axes.scatter(
+        paired.baseline_m[inliers], paired.ours_m[inliers], s=size, color=colour, alpha=0.65, linewidths=0,
+        label=f"inliers ({count} of {total})",
+    )  # fmt: skip
+    axes.scatter(
+        paired.baseline_m[~inliers], paired.ours_m[~inliers], s=size * 1.2, facecolors="none", edgecolors=colour,
+        linewidths=1.0, label=f"outliers ({total - count})",
+    )  # fmt: skip
+    end = min(reach, reach / line.slope) if line.slope > 0 else reach
+    axes.plot([0, end], [0, line.slope * end], color=INK, linewidth=1.8, label=f"RANSAC slope {line.slope:.3f}")
+    ratio = paired.ours_m.sum() / paired.baseline_m.sum()
+    axes.plot([], [], " ", label=f"total ratio {ratio:.3f}")
+    axes.set(xlim=(0, reach), ylim=(0, reach), aspect="equal")
+    dress(axes, x="cost of optimistic [m]", y=f"cost of {title_of(planner)} [m]")
+    axes.legend(loc="upper left", fontsize=8 if small else 9, frameon=True, framealpha=0.9, edgecolor="none")
+    return figure
+
+
+def draw_ratio_histogram(ratios: dict[str, np.ndarray]) -> Figure:
+    """Return the histogram of per-trial ratios ([n] per planner, positive) on a logarithmic axis.
+
+    On it a trial of half the cost and one of twice the cost lie equally far from the line at 1.
+    """
+    figure = new_figure(6.4, 3.8)
+    axes = figure.add_subplot()
+    logs = {name: np.log2(values) for name, values in ratios.items()}
+    reach = max(0.5, 1.05 * max(float(np.abs(values).max()) for values in logs.values()))
+    edges = np.linspace(-reach, reach, 42)
+    for index, (name, values) in enumerate(logs.items()):
+        colour = PLANNER_COLOURS.get(name, MUTED)
+        style = {"alpha": 0.75} if index == 0 else {"histtype": "step", "linewidth": 1.6}
+        middle = 2 ** float(np.median(values))
+        axes.hist(values, bins=edges.tolist(), color=colour, label=f"{title_of(name)}, median {middle:.3f}", **style)
+    axes.axvline(0.0, color=ORANGE, linewidth=1.4, linestyle="--", label="as far as optimistic")
+    _label_ratios(axes, reach)
+    dress(axes, x="cost / cost of optimistic, per trial (logarithmic)", y="trials")
+    axes.legend(fontsize=9, frameon=True, framealpha=0.9, edgecolor="none")
+    return figure
+
+
+def _draw_background(axes: Axes, reach: float) -> None:
+    axes.fill_between(
+        [0, reach], [0, 0], [0, reach], color=SKY, alpha=0.14, linewidth=0, label="shorter than optimistic"
+    )
+    axes.plot([0, reach], [0, reach], color=MUTED, linewidth=1.0, linestyle="--")
+
+
+def _label_ratios(axes: Axes, reach: float) -> None:
+    """Put round ratios instead of logarithms under the axis."""
+    round_ratios = [0.125, 0.25, 0.35, 0.5, 0.7, 0.85, 1.0, 1.2, 1.4, 2.0, 2.8, 4.0, 8.0]
+    gap = reach / 7.0
+    ticks: list[float] = []
+    for ratio in sorted(round_ratios, key=lambda value: abs(np.log2(value))):
+        place = float(np.log2(ratio))
+        if abs(place) <= reach and all(abs(place - other) >= gap for other in ticks):
+            ticks.append(place)
+    axes.set_xticks(sorted(ticks), [f"{2**tick:.3g}" for tick in sorted(ticks)])
+    axes.set_xlim(-reach, reach)

@@ -1,0 +1,68 @@
+"""The true building that a simulated robot moves through."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.errors import TrialError
+from pipeline.grids.distances import NO_TARGETS, settle
+from pipeline.grids.inflate import disk_offsets, inflate
+from pipeline.grids.occupancy import FREE, Cell, OccupancyGrid, contains
+
+
+class World(NamedTuple):
+    """A building as the simulation needs it. Planners never receive it.
+
+    name: plan id, for messages.
+    grid: true occupancy; the outermost ring is occupied.
+    blocked: [rows, cols] uint8, 1 where the robot's centre cannot be.
+    disk: [k, 2] int32 offsets that one obstacle cell blocks.
+    """
+
+    name: str
+    grid: OccupancyGrid
+    blocked: NDArray[np.uint8]
+    disk: NDArray[np.int32]
+
+
+def make_world(name: str, grid: OccupancyGrid, radius_m: float) -> World:
+    """Return the world of ``grid`` for a robot of ``radius_m`` [m].
+
+    Raises:
+        TrialError: the grid's outermost ring is not occupied.
+    """
+    occupied = grid.cells != FREE
+    ring = (occupied[0], occupied[-1], occupied[:, 0], occupied[:, -1])
+    if not all(bool(edge.all()) for edge in ring):
+        raise TrialError(f"{name}: the grid's outermost ring must be occupied. Rasterize the plan again.")
+    radius_cells = radius_m / grid.resolution
+    blocked = inflate(occupied, radius_cells).astype(np.uint8)
+    return World(name, grid, blocked, disk_offsets(radius_cells))
+
+
+def known_map_distance(world: World, start: Cell, goal: Cell) -> float:
+    """Return the shortest travel distance [m] in the true map, inf if there is none: a bound, not a competitor."""
+    cols = world.blocked.shape[1]
+    target = np.array([goal.row * cols + goal.col], dtype=np.int32)
+    field = settle(world.blocked, 0, start.row * cols + start.col, target if target.size else NO_TARGETS)
+    return float(field[goal.row, goal.col]) * world.grid.resolution
+
+
+def require_standing_room(world: World, cell: Cell, what: str) -> None:
+    """Check that a robot can stand at ``cell``.
+
+    Raises:
+        TrialError: the cell is outside the grid or too close to a wall; ``what`` names it ("start", "goal").
+    """
+    rows, cols = world.blocked.shape
+    if not contains(world.grid, cell):
+        raise TrialError(
+            f"{world.name}: the {what} is at row {cell.row}, col {cell.col}, outside the {rows} x {cols} grid. "
+            "Choose a cell inside it."
+        )
+    if world.blocked[cell.row, cell.col]:
+        raise TrialError(
+            f"{world.name}: the {what} at row {cell.row}, col {cell.col} lies in a wall or within the robot's "
+            "radius of one. Choose a free cell or a smaller robot.radius_m."
+        )

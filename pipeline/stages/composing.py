@@ -1,0 +1,107 @@
+"""Composition of conf/ with Hydra, and plain words for what Hydra refuses."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from hydra import compose, initialize_config_dir
+from hydra.core.global_hydra import GlobalHydra
+from hydra.errors import HydraException, MissingConfigException, OverrideParseException
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from pipeline.errors import ConfigError
+from pipeline.stages.checking import near_miss, unknown_key
+
+CONF = Path(__file__).resolve().parents[2] / "conf"
+
+QUIET = (
+    "hydra.run.dir=.",
+    "hydra.sweep.dir=.",
+    "hydra.sweep.subdir=.",
+    "hydra.output_subdir=null",
+    "hydra/job_logging=stdout",
+    "hydra/hydra_logging=none",
+)
+"""Overrides that keep Hydra from making folders: under DVC a dated folder would take the outputs."""
+
+
+def composed(overrides: Sequence[str] = ()) -> DictConfig:
+    """Return conf/config.yaml composed with ``overrides``.
+
+    Raises:
+        ConfigError: an override names an unknown key or option, or is not an override at all.
+
+    """
+    GlobalHydra.instance().clear()
+    try:
+        with initialize_config_dir(version_base="1.3", config_dir=str(CONF)):
+            return compose("config", overrides=list(overrides))
+    except (HydraException, OmegaConfBaseException) as error:
+        raise explain(error, overrides) from error
+
+
+def explain(error: Exception, overrides: Sequence[str]) -> ConfigError:
+    """Return what Hydra or OmegaConf refused as one sentence with the nearest allowed spelling."""
+    if isinstance(error, OverrideParseException):
+        return ConfigError(f"{error.override!r} is not an override: expected key=value, such as train.steps=100")
+    if isinstance(error, MissingConfigException) and error.missing_cfg_file:
+        return _missing_option(error.missing_cfg_file, [str(option) for option in error.options or ()])
+    refused = _refused_key(error, overrides)
+    if refused is not None:
+        return ConfigError(unknown_key(refused, _siblings(refused), "conf/"))
+    return ConfigError(" ".join(str(error).split()))
+
+
+def _missing_option(file: str, options: Sequence[str]) -> ConfigError:
+    group, _, option = file.strip("/").rpartition("/")
+    if not group:
+        return ConfigError(f"no configuration file {file}")
+    return ConfigError(
+        f"{group}={option}: there is no conf/{group}/{option}.yaml."
+        f"{near_miss(option, options)} Allowed are {', '.join(sorted(options))}"
+    )
+
+
+def _refused_key(error: Exception, overrides: Sequence[str]) -> str | None:
+    """Return the key that is not in the struct, which Hydra names in the message and OmegaConf in the cause."""
+    cause = error if isinstance(error, OmegaConfBaseException) else error.__cause__
+    known = set(_leaves(_defaults()))
+    for override in overrides:
+        key = override.partition("=")[0].lstrip("~")
+        if "=" in override and not key.startswith(("+", "-", "hydra")) and str(error).find(key) >= 0:
+            group = (CONF / key).is_dir()
+            if not group and not any(name == key or name.startswith(f"{key}.") for name in known):
+                return key
+    return cause.full_key if isinstance(cause, OmegaConfBaseException) and cause.full_key else None
+
+
+def _siblings(key: str) -> list[str]:
+    """Return the keys a misspelt ``key`` may have meant: those of the innermost section that exists, or the root's."""
+    known = _leaves(_defaults())
+    section = key
+    while "." in section:
+        section = section.rpartition(".")[0]
+        if inside := [name for name in known if name.startswith(f"{section}.")]:
+            return inside
+    groups = {folder.name for folder in CONF.iterdir() if folder.is_dir()}
+    return sorted(groups | {name.partition(".")[0] for name in known})
+
+
+def _defaults() -> Any:
+    GlobalHydra.instance().clear()
+    with initialize_config_dir(version_base="1.3", config_dir=str(CONF)):
+        return OmegaConf.to_container(compose("config"))
+
+
+def _leaves(tree: Any, prefix: str = "") -> list[str]:
+    return list(_walk(tree, prefix))
+
+
+def _walk(tree: Any, prefix: str) -> Iterator[str]:
+    for name, value in tree.items():
+        full = f"{prefix}{name}"
+        if isinstance(value, dict) and value:
+            yield from _walk(value, f"{full}.")
+        else:
+            yield full

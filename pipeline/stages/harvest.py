@@ -1,0 +1,147 @@
+"""Harvest: the optimistic planner explores each training plan; every new or changed subgoal gives one datum."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from functools import partial
+from pathlib import Path
+
+from omegaconf import DictConfig
+
+from pipeline.datums import Datum, digest, read_datums, shard_path, stack, write_shard
+from pipeline.errors import TableError
+from pipeline.files import write_json
+from pipeline.grids.store import GridRecord, Pair, read_pairs, read_worlds
+from pipeline.randomness import stream
+from pipeline.simulation.lidar import make_lidar
+from pipeline.simulation.world import make_world
+from pipeline.stages.door import StageResult, launch, typed, workspace
+from pipeline.stages.settings import RobotConfig, SensorConfig, require
+from pipeline.stages.units import digest_code, digest_file, run_units
+from pipeline.systems.subgoals.harvest import Origin, harvest_trial
+
+CODE = ("grids", "planning", "simulation", "datums", "systems/subgoals")
+
+
+@dataclass(frozen=True, kw_only=True)
+class HarvestConfig:
+    """How training plans are explored (conf/harvest/)."""
+
+    splits: list[str] = field(default_factory=lambda: ["train", "validation"])
+    """Splits to explore; test plans stay unseen."""
+    pairs_per_shard: int = 16
+    """Start-goal pairs in one shard: what a killed run loses at most, per worker."""
+    weight_floor_m: float = 1.0
+    """Least misclassification cost of a subgoal [m]."""
+    max_steps: int | None = None
+    """Scans after which an exploration is cut off; null means a bound that no planner meets."""
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        allowed = ("train", "validation")
+        require(
+            bool(self.splits) and all(split in allowed for split in self.splits),
+            "harvest.splits",
+            self.splits,
+            "one or both of train, validation",
+        )
+        require(1 <= self.pairs_per_shard <= 100_000, "harvest.pairs_per_shard", self.pairs_per_shard, "at least 1")
+        require(self.weight_floor_m > 0, "harvest.weight_floor_m", self.weight_floor_m, "above 0 m")
+        require(self.max_steps is None or self.max_steps > 0, "harvest.max_steps", self.max_steps, "null or above 0")
+
+
+@dataclass(frozen=True)
+class _Task:
+    """One shard's work: pairs and the plans they lie in."""
+
+    pairs: Sequence[Pair]
+    worlds: dict[str, GridRecord]
+
+
+def harvest(raw: DictConfig) -> StageResult:
+    """Write the datum table of the training and validation plans to ``artifacts/harvest``."""
+    config = typed(HarvestConfig, raw, "harvest")
+    sensor, robot = typed(SensorConfig, raw, "sensor"), typed(RobotConfig, raw, "robot")
+    work = workspace(raw)
+    source, target = work.folder("rasterize"), work.folder("harvest")
+    tasks = [task for split in config.splits for task in _tasks(source, split, config.pairs_per_shard)]
+    fingerprint = {
+        "code": digest_code(*CODE),
+        "grids": digest_file(source / "grids.parquet"),
+        "pairs": digest_file(source / "pairs.parquet"),
+        "seed": work.seed,
+        "harvest": asdict(config),
+        "sensor": asdict(sensor),
+        "robot": asdict(robot),
+    }
+    shards = target / "datums"
+    resumed = run_units(
+        [(shard_path(shards, index), task) for index, task in enumerate(tasks)],
+        partial(_write_shard, config=config, sensor=sensor, robot=robot, seed=work.seed),
+        shards,
+        fingerprint,
+        workers=work.workers,
+        label="harvest",
+        progress=work.progress,
+    )
+    return _summarise(target, shards, len(tasks), resumed)
+
+
+def _tasks(source: Path, split: str, size: int) -> list[_Task]:
+    pairs = read_pairs(source, split)
+    if not pairs:
+        raise TableError(
+            f"{source / 'pairs.parquet'}: no start-goal pairs in the split {split!r}, expected at least one. "
+            f"Raise the share or count of {split} plans in conf/rasterize or conf/plans, or take it out of "
+            "harvest.splits."
+        )
+    worlds = {record.plan_id: record for record in read_worlds(source, split)}
+    blocks = [pairs[first : first + size] for first in range(0, len(pairs), size)]
+    return [_Task(block, {pair.plan_id: worlds[pair.plan_id] for pair in block}) for block in blocks]
+
+
+def _write_shard(
+    scratch: Path, task: _Task, *, config: HarvestConfig, sensor: SensorConfig, robot: RobotConfig, seed: int
+) -> None:
+    lidar = make_lidar(**asdict(sensor))
+    datums: list[Datum] = []
+    for pair in task.pairs:
+        record = task.worlds[pair.plan_id]
+        _, found = harvest_trial(
+            make_world(pair.plan_id, record.grid, robot.radius_m),
+            pair.start,
+            pair.goal,
+            Origin(pair.pair_id, pair.plan_id, pair.building, pair.environment, pair.split, seed),
+            lidar=lidar,
+            step_m=robot.step_m,
+            weight_floor_m=config.weight_floor_m,
+            rng=stream(seed, "harvest", pair.pair_id),
+            max_steps=config.max_steps,
+        )
+        datums += found
+    write_shard(scratch, stack(datums))
+
+
+def _summarise(target: Path, shards: Path, count: int, resumed: int) -> StageResult:
+    rows = read_datums(shards)
+    whole = digest(shards)
+    summary = {
+        "datums": len(rows.pair_id),
+        "shards": count,
+        "pairs": len(set(rows.pair_id.tolist())),
+        "plans": len(set(rows.plan_id.tolist())),
+        "buildings": len(set(rows.building.tolist())),
+        "leading_share": float(rows.leads_to_goal.mean()) if len(rows.pair_id) else 0.0,
+        "per_split": {split: int((rows.split == split).sum()) for split in sorted(set(rows.split.tolist()))},
+        "digest": whole,
+    }
+    write_json(target / "harvest.json", summary)
+    print(f"harvest: {summary['datums']} datums in {count} shards ({resumed} were there already), digest {whole[:12]}")
+    return StageResult(
+        metrics={"datums": float(len(rows.pair_id)), "leading_share": float(summary["leading_share"])},  # type: ignore[arg-type]
+        files=[target / "harvest.json"],
+        datasets={"datums": (shards, whole)},
+    )
+
+
+if __name__ == "__main__":
+    launch("harvest", harvest)

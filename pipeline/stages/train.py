@@ -1,0 +1,217 @@
+"""Train: the network of learned subgoal planning, from the datum table to weights whose loading runs no code."""
+
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from omegaconf import DictConfig
+
+from models.subgoals import SubgoalPredictor, TargetScaling
+from pipeline.datums import DatumRows, digest, read_datums
+from pipeline.errors import TableError
+from pipeline.files import write_json
+from pipeline.learning.calibration import Calibration, calibrate
+from pipeline.learning.examples import Examples, label_examples
+from pipeline.learning.fit import FitSettings, Fitted, fit
+from pipeline.learning.prediction import logits_of, mean_costs, score_network
+from pipeline.learning.weights import NetworkHeader, save_weights
+from pipeline.stages.door import StageResult, launch, typed, workspace
+from pipeline.stages.recording import tracker
+from pipeline.stages.settings import require
+from pipeline.stages.units import digest_code
+from pipeline.systems.subgoals.inputs import INPUT_FRAMES, InputFrame, subgoal_inputs
+from pipeline.tracking import Model, training_logger
+
+CODE = ("learning", "../models")  # the inputs' code shows in the inputs themselves
+
+_ROWS_AT_ONCE = 16384
+_SHOWN_TO_THE_STORE = 16  # rows of the input example that gives the logged model its signature
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainConfig:
+    """How the network is made, trained and calibrated (conf/train/); defaults are the paper's."""
+
+    steps: int = 100_000
+    batch_size: int = 256
+    learning_rate: float = 0.004
+    decay: float = 0.9
+    decay_every: int = 5000
+    hidden: list[int] = field(default_factory=lambda: [256, 128, 48, 16])
+    dropout: float = 0.5
+    cost_weighted: bool = True
+    class_balanced: bool = True
+    success_loss_weight: float = 1.0
+    exploration_loss_weight: float = 1.0
+    target_scaling: str = "standardise"
+    input_frame: str = "subgoal"
+    calibrate: bool = True
+    validate_every: int = 1000
+    accelerator: str = "cpu"
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        for name in ("steps", "decay_every", "validate_every"):
+            require(getattr(self, name) >= 1, f"train.{name}", getattr(self, name), "at least 1 step")
+        require(self.batch_size >= 2, "train.batch_size", self.batch_size, "at least 2 (batch norm)")
+        require(0 < self.learning_rate < 1, "train.learning_rate", self.learning_rate, "between 0 and 1")
+        require(0 < self.decay <= 1, "train.decay", self.decay, "above 0, at most 1")
+        require(
+            len(self.hidden) > 0 and min(self.hidden) >= 1,
+            "train.hidden",
+            self.hidden,
+            "one or more widths, each above 0",
+        )
+        require(0 <= self.dropout < 1, "train.dropout", self.dropout, "from 0 to below 1")
+        for name in ("success_loss_weight", "exploration_loss_weight"):
+            require(getattr(self, name) >= 0, f"train.{name}", getattr(self, name), "at least 0")
+        _require_one_of("target_scaling", self.target_scaling, get_args(TargetScaling))
+        _require_one_of("input_frame", self.input_frame, INPUT_FRAMES)
+        _require_one_of("accelerator", self.accelerator, ("cpu", "gpu", "auto"))
+
+
+def train(raw: DictConfig) -> StageResult:
+    """Write network.safetensors, last.ckpt, best.ckpt, curves.parquet and train.json to ``artifacts/train``."""
+    config = typed(TrainConfig, raw, "train")
+    work = workspace(raw)
+    source, target = work.folder("harvest") / "datums", work.folder("train")
+    examples = {split: read_examples(source, split, config) for split in ("train", "validation")}
+    store = tracker(raw)
+    logger = training_logger(store) if store is not None else None
+    fitted = fit(
+        examples["train"],
+        examples["validation"],
+        fit_settings(config, work.seed),
+        target,
+        logger=logger,
+        progress=work.progress,
+    )
+    calibration = _calibration(fitted, examples["validation"]) if config.calibrate else Calibration()
+    save_weights(target / "network.safetensors", _header(fitted, config, calibration), _arrays(fitted))
+    summary = _summary(fitted, calibration, examples, config)
+    write_json(target / "train.json", summary)
+    _tell(summary)
+    return StageResult(
+        metrics={f"{split}.{name}": value for split in examples for name, value in summary[split].items()},
+        files=[target / name for name in ("train.json", "curves.parquet", "network.safetensors")],
+        datasets={"datums": (source, digest(source))},
+        model=_model(fitted, calibration, examples["validation"]),
+        run_id=logger.run_id if logger is not None else None,
+    )
+
+
+def read_examples(folder: Path, split: str, config: TrainConfig) -> Examples:
+    """Return the datums of ``split`` as the network sees them. Raises TableError when there are none."""
+    rows = read_datums(folder, [split])
+    if not len(rows.pair_id):
+        raise TableError(
+            f"{folder} holds no datums of the split {split!r}: the train stage needs train and validation. Put both in "
+            "harvest.splits, and plans in both in conf/plans or conf/rasterize."
+        )
+    inputs = build_inputs(rows, "robot" if config.input_frame == "robot" else "subgoal")
+    return label_examples(rows, inputs, by_cost=config.cost_weighted, by_class=config.class_balanced)
+
+
+def build_inputs(rows: DatumRows, frame: InputFrame) -> NDArray[np.float32]:
+    """Return the network's inputs [N, 260] for ``rows``, by the function that the planner uses too."""
+    goals = np.stack([rows.goal_x_m, rows.goal_y_m], axis=1)
+    subgoals = np.stack([rows.subgoal_x_m, rows.subgoal_y_m], axis=1)
+    blocks = [slice(first, first + _ROWS_AT_ONCE) for first in range(0, len(goals), _ROWS_AT_ONCE)]
+    return np.concatenate(
+        [subgoal_inputs(rows.ranges[block], goals[block], subgoals[block], frame=frame) for block in blocks]
+    )
+
+
+def fit_settings(config: TrainConfig, seed: int) -> FitSettings:
+    """Return what the fit needs of ``config``."""
+    return FitSettings(
+        steps=config.steps,
+        batch_size=config.batch_size,
+        learning_rate=config.learning_rate,
+        decay=config.decay,
+        decay_every=config.decay_every,
+        hidden=tuple(config.hidden),
+        dropout=config.dropout,
+        success_weight=config.success_loss_weight,
+        exploration_weight=config.exploration_loss_weight,
+        target_scaling="log" if config.target_scaling == "log" else "standardise",
+        validate_every=config.validate_every,
+        seed=seed,
+        accelerator=config.accelerator,
+        code=digest_code(*CODE),
+    )
+
+
+def _calibration(fitted: Fitted, validation: Examples) -> Calibration:
+    return calibrate(logits_of(fitted.net, validation), validation.leads.numpy() > 0.5)
+
+
+def _header(fitted: Fitted, config: TrainConfig, calibration: Calibration) -> NetworkHeader:
+    return NetworkHeader(
+        inputs=len(fitted.net.input_mean),
+        hidden=tuple(config.hidden),
+        dropout=config.dropout,
+        input_frame=config.input_frame,
+        target_scaling=config.target_scaling,
+        calibration=calibration,
+        steps=fitted.step,
+        fingerprint=fitted.fingerprint,
+    )
+
+
+def _arrays(fitted: Fitted) -> dict[str, NDArray[np.float32]]:
+    state = fitted.net.state_dict()
+    return {name: value.numpy() for name, value in state.items() if not name.endswith("num_batches_tracked")}
+
+
+def _summary(
+    fitted: Fitted, calibration: Calibration, examples: dict[str, Examples], config: TrainConfig
+) -> dict[str, Any]:
+    means_m = mean_costs(examples["train"])
+    scores = {split: score_network(fitted.net, rows, calibration, means_m) for split, rows in examples.items()}
+    uncalibrated = score_network(fitted.net, examples["validation"], Calibration(), means_m)
+    scores["validation"]["calibration_error_before"] = uncalibrated["calibration_error"]
+    return {
+        **scores,
+        "best_step": fitted.step,
+        "best_validation_loss": fitted.validation_loss,
+        "steps": config.steps,
+        "calibration": calibration._asdict(),
+        "fingerprint": fitted.fingerprint,
+        "config": asdict(config),
+    }
+
+
+def _model(fitted: Fitted, calibration: Calibration, validation: Examples) -> Model:
+    predictor = SubgoalPredictor(fitted.net, slope=calibration.slope, offset=calibration.offset).eval()
+    inputs = validation.inputs[:_SHOWN_TO_THE_STORE]
+    with torch.no_grad():
+        outputs = predictor(inputs)
+    return Model(network=predictor, inputs=inputs.numpy(), outputs=outputs.numpy())
+
+
+def _tell(summary: dict[str, Any]) -> None:
+    seen = summary["validation"]
+    print(
+        f"train: best after step {summary['best_step']} of {summary['steps']}; on {seen['rows']:.0f} validation datums "
+        f"accuracy {seen['accuracy']:.3f} (base {seen['accuracy_base']:.3f}), AUC {seen.get('auc', float('nan')):.3f}, "
+        f"calibration error {seen['calibration_error']:.3f}; mean error of delta success "
+        f"{_against(seen, 'delta_success')}, of exploration {_against(seen, 'exploration')}"
+    )
+
+
+def _against(seen: dict[str, float], cost: str) -> str:
+    if f"{cost}_mae_m" not in seen:
+        return "unknown (no such datum)"
+    return f"{seen[f'{cost}_mae_m']:.2f} m (predicting the mean: {seen[f'{cost}_mae_base_m']:.2f} m)"
+
+
+def _require_one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    require(value in allowed, f"train.{name}", value, " or ".join(allowed))
+
+
+if __name__ == "__main__":
+    launch("train", train)

@@ -1,0 +1,91 @@
+"""Work in units that a killed run does not lose: each unit appears whole or not at all, and is done only once."""
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from joblib import Parallel, delayed
+
+import pipeline
+from pipeline.files import write_json
+from pipeline.stages.progress import track
+
+_FINGERPRINT = "fingerprint.json"
+_SCRATCH = ".partial"
+
+Unit = tuple[Path, Any]
+"""Where the unit's result goes (a file or a folder), and what the work function needs to make it."""
+
+
+def run_units(
+    units: Sequence[Unit],
+    make: Callable[[Path, Any], None],
+    folder: Path,
+    fingerprint: dict[str, Any],
+    *,
+    workers: int,
+    label: str,
+    progress: bool = True,
+) -> int:
+    """Make every unit of ``folder`` that is not there yet; return how many were there already.
+
+    make: called as ``make(scratch, task)`` in a worker process; writes a file or a folder at ``scratch``, which then
+        takes the unit's name.
+    fingerprint: all that the results depend on. Where it differs from that of the units found, they are deleted:
+        work of another configuration, other inputs or other code is never mixed in.
+    """
+    _adopt(folder, fingerprint)
+    missing = [(target, task) for target, task in units if not target.exists()]
+    jobs = Parallel(n_jobs=min(workers, max(1, len(missing))), return_as="generator_unordered", batch_size=1)
+    done = jobs(delayed(_make_whole)(make, target, task) for target, task in missing)
+    for _ in track(done, len(missing), label, shown=progress):
+        pass
+    return len(units) - len(missing)
+
+
+def _make_whole(make: Callable[[Path, Any], None], target: Path, task: Any) -> None:
+    scratch = target.with_name(f"{target.name}.{os.getpid()}{_SCRATCH}")
+    try:
+        make(scratch, task)
+        os.replace(scratch, target)
+    finally:
+        _remove(scratch)
+
+
+def _adopt(folder: Path, fingerprint: dict[str, Any]) -> None:
+    """Leave in ``folder`` only whole units of this ``fingerprint``."""
+    written = folder / _FINGERPRINT
+    if written.exists() and json.loads(written.read_text(encoding="utf-8")) == fingerprint:
+        for leftover in folder.glob(f"*{_SCRATCH}"):
+            _remove(leftover)
+        return
+    if folder.exists():
+        shutil.rmtree(folder)
+    write_json(written, fingerprint)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def digest_file(path: Path) -> str:
+    """Return the sha256 of a file's bytes."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def digest_code(*packages: str) -> str:
+    """Return the sha256 over the sources of ``packages`` (folders of ``pipeline``): edited code makes new work."""
+    root = Path(pipeline.__file__).parent
+    total = hashlib.sha256()
+    for package in packages:
+        for source in sorted((root / package).rglob("*.py")):
+            total.update(source.relative_to(root).as_posix().encode() + source.read_bytes())
+    return total.hexdigest()

@@ -1,0 +1,1 @@
+"""One folder per research system; none of them knows another."""

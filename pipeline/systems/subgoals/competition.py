@@ -1,0 +1,125 @@
+"""One trial, every planner: the same world, start, goal, sensor and motion; only the choice differs."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pipeline.evaluation.trials import EstimateRow
+from pipeline.grids.occupancy import Cell
+from pipeline.planning.optimistic import OptimisticPlanner
+from pipeline.planning.protocols import Estimator, Planner
+from pipeline.simulation.lidar import Lidar
+from pipeline.simulation.trial import Episode, run_trial
+from pipeline.simulation.world import World
+from pipeline.systems.subgoals.labels import LabelBook
+from pipeline.systems.subgoals.perfect import PerfectEstimator
+from pipeline.systems.subgoals.planner import Estimated, SubgoalPlanner
+
+PLANNERS = ("optimistic", "learned", "perfect")
+
+
+class FrontierCell(NamedTuple):
+    """One cell of a frontier when it was estimated, for pictures."""
+
+    step: int
+    row: int
+    col: int
+    p_success: float
+
+
+class Drive(NamedTuple):
+    """One planner's drive: the episode, and what its estimator said beside the truth."""
+
+    planner: str
+    episode: Episode
+    estimates: list[EstimateRow]
+    frontiers: list[FrontierCell]
+
+
+class Rules(NamedTuple):
+    """What every planner of a trial shares.
+
+    lidar, step_m [m]: sensing and motion; weight_floor_m [m]: see LabelBook; max_steps: see run_trial.
+    plan_over: builds a subgoal planner on an estimator, with the ordering's settings.
+    """
+
+    lidar: Lidar
+    step_m: float
+    weight_floor_m: float
+    max_steps: int | None
+    plan_over: Callable[[Estimator], SubgoalPlanner]
+
+
+def drive(
+    planner: str,
+    world: World,
+    start: Cell,
+    goal: Cell,
+    rules: Rules,
+    *,
+    trial_id: str,
+    learned: Estimator | None,
+    rng: np.random.Generator,
+) -> Drive:
+    """Let the planner named ``planner`` (one of PLANNERS) drive one trial.
+
+    ``learned`` is the estimator of the planner "learned". ``rng`` feeds the sensor's noise.
+    """
+    witness = _Witness(world, trial_id, rules.weight_floor_m)
+    driver = _make_planner(planner, world, rules, learned, witness.note)
+    episode = run_trial(
+        world, start, goal, driver, lidar=rules.lidar, step_m=rules.step_m, rng=rng, max_steps=rules.max_steps
+    )
+    return Drive(planner, episode, witness.estimates if planner == "learned" else [], witness.frontiers)
+
+
+def _make_planner(
+    name: str,
+    world: World,
+    rules: Rules,
+    learned: Estimator | None,
+    note: Callable[[Estimated], None],
+) -> Planner:
+    if name == "optimistic":
+        return OptimisticPlanner()
+    if name == "perfect":
+        planner = rules.plan_over(PerfectEstimator(world))
+    elif name == "learned" and learned is not None:
+        planner = rules.plan_over(learned)
+    else:
+        raise ValueError(f"planner {name!r}: expected one of {PLANNERS}, with an estimator for 'learned'")
+    planner.on_estimate = note
+    return planner
+
+
+class _Witness:
+    """Writes down each estimate beside the truth while a planner drives."""
+
+    def __init__(self, world: World, trial_id: str, floor_m: float) -> None:
+        self._book = LabelBook(world, floor_m=floor_m)
+        self._trial_id = trial_id
+        self.estimates: list[EstimateRow] = []
+        self.frontiers: list[FrontierCell] = []
+
+    def note(self, estimated: Estimated) -> None:
+        marked = {mark.subgoal.key: mark for mark in self._book.mark_changed(estimated.seen, estimated.around)}
+        cols = estimated.seen.map.known.shape[1]
+        for subgoal, found in zip(estimated.subgoals, estimated.properties, strict=True):
+            label, cost = marked[subgoal.key].label, marked[subgoal.key].cost
+            self.estimates.append(
+                EstimateRow(
+                    self._trial_id,
+                    estimated.seen.step,
+                    *found,
+                    leads_to_goal=label.leads,
+                    true_delta_success_m=label.delta_success if label.leads else None,
+                    true_exploration_m=None if label.leads else label.exploration,
+                    weight_m=cost,
+                )
+            )
+            self.frontiers += _cells_of(subgoal.cells.tolist(), cols, estimated.seen.step, found.p_success)
+
+
+def _cells_of(cells: Sequence[int], cols: int, step: int, p_success: float) -> list[FrontierCell]:
+    return [FrontierCell(step, *divmod(cell, cols), p_success) for cell in cells]

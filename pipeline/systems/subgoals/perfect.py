@@ -1,0 +1,31 @@
+"""The perfect estimator: true labels as estimates. A bound to report, never a competitor, since it knows the plan."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.planning.protocols import Estimates
+from pipeline.planning.seen import Seen
+from pipeline.planning.subgoals import Subgoal, find_subgoals
+from pipeline.simulation.world import World
+from pipeline.systems.subgoals.labels import Label, label_subgoals
+
+
+class PerfectEstimator:
+    """Knows the building: shows how much of the remaining gap is the abstraction's and not the network's."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+
+    def estimate(self, seen: Seen, subgoals: Sequence[Subgoal]) -> Estimates:
+        """Return the true labels of ``subgoals``; costs that do not apply are 0."""
+        return true_estimates(label_subgoals(self._world, seen, find_subgoals(seen), subgoals))
+
+
+def true_estimates(labels: Sequence[Label]) -> Estimates:
+    """Return labels in the form of estimates; costs that do not apply are 0."""
+    return Estimates(
+        np.array([float(label.leads) for label in labels]),
+        np.array([label.delta_success if label.leads else 0.0 for label in labels]),
+        np.array([label.exploration for label in labels]),
+    )

@@ -1,0 +1,102 @@
+"""The hard invariant: every reachable goal is reached, whatever an estimator says; unreachable ones end saying so."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.grids.inflate import inflate
+from pipeline.grids.occupancy import FREE, OCCUPIED
+from pipeline.planning.optimistic import OptimisticPlanner
+from pipeline.planning.protocols import Estimates, Planner
+from pipeline.planning.seen import Seen
+from pipeline.planning.subgoals import Subgoal
+from pipeline.simulation.trial import Ending, Episode, run_trial
+from pipeline.simulation.world import World, known_map_distance, make_world
+from pipeline.systems.subgoals.perfect import PerfectEstimator
+from pipeline.systems.subgoals.planner import SubgoalPlanner
+from tests.worlds import Drawing, cluttered_worlds, small_lidar
+
+WORLDS_TRIED = {"count": 0}
+
+
+class Liar:
+    """Says anything at all: sure of dead ends, huge and zero costs, and never the same twice."""
+
+    def __init__(self, seed: int) -> None:
+        self._rng = np.random.default_rng(seed)
+
+    def estimate(self, seen: Seen, subgoals: Sequence[Subgoal]) -> Estimates:
+        count = len(subgoals)
+        p = self._rng.choice([0.0, 1e-9, 0.5, 1.0], count)
+        return Estimates(p, self._rng.choice([0.0, 1e6], count), self._rng.choice([0.0, 3.0, 1e6], count))
+
+
+PLANNERS: dict[str, Callable[[World, int], Planner]] = {
+    "optimistic": lambda world, seed: OptimisticPlanner(),
+    "learned": lambda world, seed: SubgoalPlanner(estimator=Liar(seed), max_subgoals=5),
+    "learned, rescaled": lambda world, seed: SubgoalPlanner(
+        estimator=Liar(seed), max_subgoals=1, rescale_probabilities=True, failure_penalty_m=50.0
+    ),
+    "perfect": lambda world, seed: SubgoalPlanner(estimator=PerfectEstimator(world)),
+}
+
+
+def check_trial(world: World, drawn: Drawing, episode: Episode) -> None:
+    shortest = known_map_distance(world, drawn.start, drawn.goal)
+    cols = world.blocked.shape[1]
+    rows, columns = np.divmod(episode.path, cols)
+    moves = np.hypot(np.diff(rows), np.diff(columns)) * world.grid.resolution
+    assert (rows[0], columns[0]) == drawn.start
+    assert not world.blocked.ravel()[episode.path].any(), "the robot's centre passed through an obstacle"
+    corners = world.blocked[rows[:-1], columns[1:]] | world.blocked[rows[1:], columns[:-1]]
+    assert not corners.any(), "the robot cut a corner"
+    assert moves.max(initial=0.0) < 1.5 * world.grid.resolution
+    assert episode.travelled == pytest.approx(moves.sum())
+    if np.isinf(shortest):
+        assert episode.ending is Ending.UNREACHABLE
+        assert "cannot be reached" in episode.ending
+    else:
+        assert episode.ending is Ending.REACHED
+        assert (rows[-1], columns[-1]) == drawn.goal
+        assert episode.travelled >= shortest - 1e-9
+
+
+@pytest.mark.parametrize("name", sorted(PLANNERS))
+@settings(deadline=None, max_examples=250)
+@given(
+    drawn=cluttered_worlds(),
+    seed=st.integers(0, 2**31),
+    radius=st.sampled_from([0.0, 0.5, 0.8]),
+    reach=st.sampled_from([1.3, 4.0, 30.0]),
+    step=st.sampled_from([0.1, 0.9, 7.0]),
+)
+def test_every_reachable_goal_is_reached(
+    name: str, drawn: Drawing, seed: int, radius: float, reach: float, step: float
+) -> None:
+    blocked = inflate(drawn.grid.cells != FREE, radius / drawn.grid.resolution)
+    cells = drawn.grid.cells.copy()
+    if blocked[drawn.start]:  # clear the start so that every drawn world is a trial
+        row, col = drawn.start
+        cells[max(1, row - 2) : row + 3, max(1, col - 2) : col + 3] = FREE
+        cells[0], cells[-1], cells[:, 0], cells[:, -1] = OCCUPIED, OCCUPIED, OCCUPIED, OCCUPIED
+    world = make_world("random", drawn.grid._replace(cells=cells), radius)
+    if world.blocked[drawn.start]:
+        return
+    WORLDS_TRIED["count"] += 1
+    episode = run_trial(
+        world,
+        drawn.start,
+        drawn.goal,
+        PLANNERS[name](world, seed),
+        lidar=small_lidar(max_range_m=reach),
+        step_m=step,
+        rng=np.random.default_rng(seed),
+    )
+    check_trial(world, drawn, episode)
+
+
+def test_the_property_was_not_vacuous() -> None:
+    assert WORLDS_TRIED["count"] > 400
