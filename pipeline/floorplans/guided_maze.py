@@ -42,7 +42,7 @@ class MazeShape:
     pitch_m: float = 6.6
     corridor_m: float = 2.4
     wall_m: float = 1.5
-    min_path_cells: int = 8
+    min_path_cells: int = 4
     jitter_m: float = 0.9
 
     def __post_init__(self) -> None:

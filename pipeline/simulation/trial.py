@@ -69,7 +69,7 @@ def run_trial(
     therefore grows by at least one cell, and every subgoal's cell borders a cell not yet seen, so a trial always
     ends, and a reachable goal is always reached, whatever an estimator says.
 
-    step_m: distance between two scans [m]; at least one cell is moved.
+    step_m: distance between two scans [m], to the nearest cell on the path; at least one cell is moved.
     max_steps: ends the trial as CUT_OFF; default 4 x the number of cells, which no planner of this project meets.
 
     Raises:
@@ -119,7 +119,7 @@ def _learn(map_: PartialMap, world: World, lidar: Lidar, pose: Pose, ranges: NDA
 
 
 def _walk(path: NDArray[np.int32], map_: PartialMap, world: World, pose: Pose, length: float) -> _Stride:
-    """Follow ``path`` through space seen to be free for about ``length`` [cells], at least one cell.
+    """Follow ``path`` through space seen to be free for the cell nearest to ``length`` [cells], at least one.
 
     An obstacle that hid from the scan, such as the far side of a corner, stops the robot when its body would touch
     it; it then enters the map, and the planner is asked again.
@@ -141,7 +141,7 @@ def _walk(path: NDArray[np.int32], map_: PartialMap, world: World, pose: Pose, l
             rest = path[:0]
             break
         move = DIAGONAL if next_row != row and next_col != col else 1.0
-        if used and travelled + move > length + 1e-9:
+        if used and travelled + move - length > length - travelled + 1e-9:  # the nearer of the two ends
             break
         heading = float(np.arctan2(next_row - row, next_col - col) % (2.0 * np.pi))
         row, col = next_row, next_col

@@ -79,12 +79,14 @@ class SubgoalPlanner:
         if len(around.subgoals) == 1:
             return around.subgoals[0]
         stored = np.array([self._stored[subgoal.key] for subgoal in around.subgoals])
-        likely = np.argsort(-stored[:, 0], kind="stable")[: self.max_subgoals]
-        subgoals: list[Subgoal] = [around.subgoals[index] for index in likely]
-        p_success, delta, exploration = stored[likely].T
+        gates = np.array([_gate(subgoal, around.reach, optimistic) for subgoal in around.subgoals], dtype=np.int32)
+        through = around.reach.ravel()[gates] + optimistic.ravel()[gates]
+        kept = _most_promising(stored[:, 0], through, self.max_subgoals)
+        subgoals: list[Subgoal] = [around.subgoals[index] for index in kept]
+        points = gates[kept]
+        p_success, delta, exploration = stored[kept].T
         if self.rescale_probabilities and 0.0 < p_success.sum() < 1.0:
             p_success = p_success / p_success.sum()
-        points = np.array([subgoal.point for subgoal in subgoals], dtype=np.int32)
         metres = seen.resolution
         order, _ = order_subgoals(
             around.reach.ravel()[points] * metres,
@@ -99,6 +101,18 @@ class SubgoalPlanner:
 
 def _path_through(subgoal: Subgoal, seen: Seen, reach: Field, optimistic: Field) -> NDArray[np.int32]:
     """Return the path to the frontier cell on the shortest way robot -> frontier -> goal."""
-    through = reach.ravel()[subgoal.cells] + optimistic.ravel()[subgoal.cells]
-    gate = int(subgoal.cells[int(np.argmin(through))])
+    gate = _gate(subgoal, reach, optimistic)
     return descend(reach, seen.map.status, CLEAR, gate)[::-1].copy()
+
+
+def _most_promising(p_success: NDArray[np.float64], through: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+    """Return the places of ``count`` subgoals: the two of least optimistic cost, then the most likely ones."""
+    nearest = np.argsort(through, kind="stable")[: min(2, count)]
+    rank = np.lexsort((through, -p_success))
+    others = rank[~np.isin(rank, nearest)]
+    return np.sort(np.concatenate([nearest, others[: count - nearest.size]]))
+
+
+def _gate(subgoal: Subgoal, reach: Field, optimistic: Field) -> int:
+    through = reach.ravel()[subgoal.cells] + optimistic.ravel()[subgoal.cells]
+    return int(subgoal.cells[int(np.argmin(through))])
