@@ -33,7 +33,7 @@ test: setup  ## every check and every test
 	$(BIN)/python -m pytest -q -n 2
 
 bench: setup  ## time the kernels and whole trials
-	$(BIN)/python -m pytest -q -n 0 --benchmark-enable --benchmark-only benchmarks
+	$(BIN)/python -m pytest -q -s -n 0 --benchmark-enable --benchmark-only benchmarks
 
 ui: setup  ## open the MLflow dashboard on http://127.0.0.1:5000
 	MLFLOW_SERVER_ENABLE_JOB_EXECUTION=false $(BIN)/mlflow server --host 127.0.0.1 --port 5000 --workers 1 \

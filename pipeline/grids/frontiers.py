@@ -45,10 +45,13 @@ def flood_beyond(status: Status, reach: Field, goal: int) -> Mask:
 
 
 @njit(cache=True, nogil=True)
-def label_frontiers(reach: Field, beyond: Mask) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+def label_frontiers(  # noqa: PLR0915  # one pass; a call per cell would cost more than the work on it
+    reach: Field, beyond: Mask, widen: int
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Return the frontier cells in row-major order and their group numbers: flat [k] int32, group [k] int32.
 
-    Groups are 8-connected and numbered by their first cell.
+    Groups are 8-connected once the frontiers are widened by ``widen`` cells within reached space, so that a boundary
+    broken up by furniture is one, while a wall keeps two apart; they are numbered by their first cell.
     """
     rows, cols = reach.shape
     dist = reach.ravel()
@@ -65,8 +68,22 @@ def label_frontiers(reach: Field, beyond: Mask) -> tuple[NDArray[np.int32], NDAr
                 found[count] = cell
                 count += 1
                 order[cell] = count
-    groups = np.full(count, -1, dtype=np.int32)
-    stack = np.empty(count, dtype=np.int32)
+    near = found[:count].copy()  # widening adds cells of no frontier behind the `count` that are
+    for _ in range(widen):
+        added = near.size
+        wider = np.empty(9 * near.size, dtype=np.int32)
+        wider[:added] = near
+        for k in range(near.size):
+            for drow in range(-1, 2):
+                for dcol in range(-1, 2):
+                    cell = near[k] + drow * cols + dcol
+                    if order[cell] == 0 and dist[cell] != np.inf:
+                        wider[added] = cell
+                        added += 1
+                        order[cell] = added
+        near = wider[:added].copy()
+    groups = np.full(near.size, -1, dtype=np.int32)
+    stack = np.empty(near.size, dtype=np.int32)
     group = 0
     for first in range(count):
         if groups[first] >= 0:
@@ -76,7 +93,7 @@ def label_frontiers(reach: Field, beyond: Mask) -> tuple[NDArray[np.int32], NDAr
         depth = 1
         while depth > 0:
             depth -= 1
-            cell = found[stack[depth]]
+            cell = near[stack[depth]]
             for drow in range(-1, 2):
                 for dcol in range(-1, 2):
                     place = order[cell + drow * cols + dcol] - 1
@@ -85,4 +102,4 @@ def label_frontiers(reach: Field, beyond: Mask) -> tuple[NDArray[np.int32], NDAr
                         stack[depth] = place
                         depth += 1
         group += 1
-    return found[:count].copy(), groups
+    return found[:count].copy(), groups[:count].copy()

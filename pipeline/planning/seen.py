@@ -26,6 +26,7 @@ class Seen(NamedTuple):
     ranges: [beams] float32, the last scan in the robot frame [m]; beam 0 ahead, counter-clockwise.
     resolution: side of a cell [m].
     step: number of scans taken before this one.
+    widen: how far [cells] frontiers are widened before those that then touch become one subgoal.
     """
 
     map: PartialMap
@@ -34,3 +35,4 @@ class Seen(NamedTuple):
     ranges: NDArray[np.float32]
     resolution: float
     step: int
+    widen: int = 0

@@ -40,11 +40,14 @@ class Surroundings(NamedTuple):
 
 
 def find_subgoals(seen: Seen) -> Surroundings:
-    """Return the robot's reach and its subgoals, ordered by each frontier's first cell."""
+    """Return the robot's reach and its subgoals, ordered by each frontier's first cell.
+
+    Frontiers that lie within twice ``seen.widen`` cells of each other, by way of reached space, count as one.
+    """
     cols = seen.map.status.shape[1]
     reach = settle(seen.map.status, CLEAR, seen.pose.row * cols + seen.pose.col, NO_TARGETS)
     beyond = flood_beyond(seen.map.status, reach, seen.goal.row * cols + seen.goal.col)
-    cells, groups = label_frontiers(reach, beyond)
+    cells, groups = label_frontiers(reach, beyond, seen.widen)
     if cells.size == 0:
         return Surroundings(reach, [])
     members = [cells[groups == group] for group in range(int(groups.max()) + 1)]

@@ -61,6 +61,7 @@ def run_trial(
     lidar: Lidar,
     step_m: float,
     rng: np.random.Generator,
+    merge_m: float = 0.0,
     max_steps: int | None = None,
 ) -> Episode:
     """Let ``planner`` drive a robot from ``start`` to ``goal`` in a world it has not seen.
@@ -70,6 +71,7 @@ def run_trial(
     ends, and a reachable goal is always reached, whatever an estimator says.
 
     step_m: distance between two scans [m], to the nearest cell on the path; at least one cell is moved.
+    merge_m: frontiers less than this apart [m], by way of reached space, make one subgoal.
     max_steps: ends the trial as CUT_OFF; default 4 x the number of cells, which no planner of this project meets.
 
     Raises:
@@ -83,6 +85,7 @@ def run_trial(
     track = [np.array([start.row * cols + start.col], dtype=np.int32)]
     travelled, decisions, began = 0.0, 0, perf_counter()
     ending, steps = Ending.CUT_OFF, 0
+    widen = round(merge_m / (2.0 * world.grid.resolution))
     for step in range(max_steps or 4 * rows * cols):
         ranges = sense(world, lidar, pose)
         fresh = _learn(map_, world, lidar, pose, ranges)
@@ -92,7 +95,7 @@ def run_trial(
             break
         if fresh or path.size < 2:
             scan = robot_frame_ranges(lidar, ranges, pose, world.grid.resolution, rng)
-            chosen = planner.plan(Seen(map_, pose, goal, scan, world.grid.resolution, step))
+            chosen = planner.plan(Seen(map_, pose, goal, scan, world.grid.resolution, step, widen))
             decisions += 1
             if chosen is None:
                 ending = Ending.UNREACHABLE

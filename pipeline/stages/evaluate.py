@@ -178,6 +178,7 @@ def _run_pair(
     rules = Rules(
         lidar=make_lidar(**asdict(settings.sensor)),
         step_m=settings.robot.step_m,
+        merge_m=settings.robot.merge_m,
         weight_floor_m=settings.evaluate.weight_floor_m,
         max_steps=settings.evaluate.max_steps,
         plan_over=partial(_plan_over, config=settings.planner),

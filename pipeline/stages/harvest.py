@@ -115,6 +115,7 @@ def _write_shard(
             step_m=robot.step_m,
             weight_floor_m=config.weight_floor_m,
             rng=stream(seed, "harvest", pair.pair_id),
+            merge_m=robot.merge_m,
             max_steps=config.max_steps,
         )
         datums += found

@@ -36,11 +36,14 @@ class RobotConfig:
 
     radius_m: float
     step_m: float
+    merge_m: float = 0.0
+    """Frontiers less than this apart, by way of reached space, make one subgoal [m]."""
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
         require(0 <= self.radius_m < 10, "robot.radius_m", self.radius_m, "from 0 up to 10 m")
         require(0 < self.step_m < 100, "robot.step_m", self.step_m, "between 0 and 100 m")
+        require(0 <= self.merge_m < 100, "robot.merge_m", self.merge_m, "from 0 up to 100 m")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,14 +51,19 @@ class PlannerConfig:
     """How a drive chooses among subgoals (conf/planner/)."""
 
     max_subgoals: int = 12
-    """Subgoals kept for the ordering; time and memory of the exact solver grow with 2**max_subgoals."""
+    """Subgoals kept for the ordering, the two of least optimistic cost first, then the most likely ones; time and
+    memory of the exact solver grow with 2**max_subgoals."""
     failure_penalty_m: float = 0.0
     """Cost added when every subgoal has failed. 0 follows equation 4 of the paper literally."""
     rescale_probabilities: bool = False
+    """Where the P_S of all subgoals sum to less than 1, scale them to sum to 1."""
+    optimism: float = 0.0
+    """Added to the log-odds of every P_S."""
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
         require(1 <= self.max_subgoals <= 16, "planner.max_subgoals", self.max_subgoals, "from 1 to 16")
+        require(abs(self.optimism) <= 20, "planner.optimism", self.optimism, "from -20 to 20")
         require(self.failure_penalty_m >= 0, "planner.failure_penalty_m", self.failure_penalty_m, "at least 0 m")
 
 

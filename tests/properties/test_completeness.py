@@ -38,7 +38,7 @@ PLANNERS: dict[str, Callable[[World, int], Planner]] = {
     "optimistic": lambda world, seed: OptimisticPlanner(),
     "learned": lambda world, seed: SubgoalPlanner(estimator=Liar(seed), max_subgoals=5),
     "learned, rescaled": lambda world, seed: SubgoalPlanner(
-        estimator=Liar(seed), max_subgoals=1, rescale_probabilities=True, failure_penalty_m=50.0
+        estimator=Liar(seed), max_subgoals=1, rescale_probabilities=True, failure_penalty_m=50.0, optimism=2.0
     ),
     "perfect": lambda world, seed: SubgoalPlanner(estimator=PerfectEstimator(world)),
 }
@@ -72,9 +72,10 @@ def check_trial(world: World, drawn: Drawing, episode: Episode) -> None:
     radius=st.sampled_from([0.0, 0.5, 0.8]),
     reach=st.sampled_from([1.3, 4.0, 30.0]),
     step=st.sampled_from([0.1, 0.9, 7.0]),
+    merge=st.sampled_from([0.0, 1.0, 3.0]),
 )
 def test_every_reachable_goal_is_reached(
-    name: str, drawn: Drawing, seed: int, radius: float, reach: float, step: float
+    name: str, drawn: Drawing, seed: int, radius: float, reach: float, step: float, merge: float
 ) -> None:
     blocked = inflate(drawn.grid.cells != FREE, radius / drawn.grid.resolution)
     cells = drawn.grid.cells.copy()
@@ -94,6 +95,7 @@ def test_every_reachable_goal_is_reached(
         lidar=small_lidar(max_range_m=reach),
         step_m=step,
         rng=np.random.default_rng(seed),
+        merge_m=merge,
     )
     check_trial(world, drawn, episode)
 

@@ -101,4 +101,4 @@ def test_beams_that_do_not_divide_are_refused() -> None:
 
 
 def test_a_planner_receives_no_floor_plan() -> None:
-    assert Seen._fields == ("map", "pose", "goal", "ranges", "resolution", "step")
+    assert Seen._fields == ("map", "pose", "goal", "ranges", "resolution", "step", "widen")

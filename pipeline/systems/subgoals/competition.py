@@ -40,12 +40,13 @@ class Drive(NamedTuple):
 class Rules(NamedTuple):
     """What every planner of a trial shares.
 
-    lidar, step_m [m]: sensing and motion; weight_floor_m [m]: see LabelBook; max_steps: see run_trial.
+    lidar, step_m [m], merge_m [m], max_steps: see run_trial; weight_floor_m [m]: see LabelBook.
     plan_over: builds a subgoal planner on an estimator, with the ordering's settings.
     """
 
     lidar: Lidar
     step_m: float
+    merge_m: float
     weight_floor_m: float
     max_steps: int | None
     plan_over: Callable[[Estimator], SubgoalPlanner]
@@ -69,7 +70,15 @@ def drive(
     witness = _Witness(world, trial_id, rules.weight_floor_m)
     driver = _make_planner(planner, world, rules, learned, witness.note)
     episode = run_trial(
-        world, start, goal, driver, lidar=rules.lidar, step_m=rules.step_m, rng=rng, max_steps=rules.max_steps
+        world,
+        start,
+        goal,
+        driver,
+        lidar=rules.lidar,
+        step_m=rules.step_m,
+        rng=rng,
+        merge_m=rules.merge_m,
+        max_steps=rules.max_steps,
     )
     return Drive(planner, episode, witness.estimates if planner == "learned" else [], witness.frontiers)
 

@@ -56,11 +56,14 @@ def harvest_trial(
     step_m: float,
     weight_floor_m: float,
     rng: np.random.Generator,
+    merge_m: float = 0.0,
     max_steps: int | None = None,
 ) -> tuple[Episode, list[Datum]]:
     """Return the optimistic planner's episode and the datums met on its way, in order of step and subgoal."""
     harvester = _Harvester(world, origin, weight_floor_m)
-    episode = run_trial(world, start, goal, harvester, lidar=lidar, step_m=step_m, rng=rng, max_steps=max_steps)
+    episode = run_trial(
+        world, start, goal, harvester, lidar=lidar, step_m=step_m, rng=rng, merge_m=merge_m, max_steps=max_steps
+    )
     return episode, harvester.datums
 
 

@@ -37,9 +37,10 @@ class SubgoalPlanner:
     """Plans over subgoals with any estimator; one instance serves one trial.
 
     estimator: learned, perfect or otherwise; asked only about subgoals that are new or whose frontier changed.
-    max_subgoals: only so many, the most likely, enter the ordering.
+    max_subgoals: only so many enter the ordering: the two of least optimistic cost, then the most likely ones.
     failure_penalty_m: cost added when every subgoal has failed; 0 is equation (4) to the letter.
     rescale_probabilities: where they sum to less than 1, scale the P_S of all subgoals to sum to 1.
+    optimism: added to the log-odds of every P_S; 0 takes the estimates as they are.
     on_estimate: told of every call of the estimator, for records and pictures.
     """
 
@@ -47,6 +48,7 @@ class SubgoalPlanner:
     max_subgoals: int = 12
     failure_penalty_m: float = 0.0
     rescale_probabilities: bool = False
+    optimism: float = 0.0
     on_estimate: Callable[[Estimated], None] | None = None
     _stored: dict[bytes, Properties] = field(default_factory=dict, init=False)
 
@@ -88,6 +90,7 @@ class SubgoalPlanner:
         if self.rescale_probabilities and 0.0 < p_success.sum() < 1.0:
             p_success = p_success / p_success.sum()
         metres = seen.resolution
+        p_success = _shift(p_success, self.optimism)
         order, _ = order_subgoals(
             around.reach.ravel()[points] * metres,
             pair_distances(seen.map.status, CLEAR, points) * metres,
@@ -102,7 +105,16 @@ class SubgoalPlanner:
 def _path_through(subgoal: Subgoal, seen: Seen, reach: Field, optimistic: Field) -> NDArray[np.int32]:
     """Return the path to the frontier cell on the shortest way robot -> frontier -> goal."""
     gate = _gate(subgoal, reach, optimistic)
-    return descend(reach, seen.map.status, CLEAR, gate)[::-1].copy()
+    robot = seen.pose.row * reach.shape[1] + seen.pose.col
+    field = settle(seen.map.status, CLEAR, gate, np.array([robot], dtype=np.int32))
+    return descend(field, seen.map.status, CLEAR, robot)
+
+
+def _shift(p_success: NDArray[np.float64], optimism: float) -> NDArray[np.float64]:
+    """Return the probabilities with ``optimism`` added to their log-odds."""
+    odds = p_success * np.exp(optimism)
+    shifted: NDArray[np.float64] = odds / (odds + 1.0 - p_success)
+    return shifted
 
 
 def _most_promising(p_success: NDArray[np.float64], through: NDArray[np.float64], count: int) -> NDArray[np.int64]:
