@@ -1,0 +1,90 @@
+"""Every planner keeps the contract; the checker catches planners that do not."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from pipeline.grids.partial_map import UNSEEN
+from pipeline.planning.optimistic import OptimisticPlanner
+from pipeline.planning.protocols import Planner
+from pipeline.planning.seen import Seen
+from pipeline.simulation.trial import Ending, run_trial
+from pipeline.simulation.world import World, make_world
+from pipeline.systems.subgoals.perfect import PerfectEstimator
+from pipeline.systems.subgoals.planner import SubgoalPlanner
+from tests.worlds import DEAD_END, TWO_ROOMS, draw, small_lidar
+
+PLANNERS: dict[str, Callable[[World], Planner]] = {
+    "optimistic": lambda world: OptimisticPlanner(),
+    "perfect": lambda world: SubgoalPlanner(estimator=PerfectEstimator(world)),
+}
+
+
+class Checked:
+    """Passes every question on and checks the answer and that the question was left alone."""
+
+    def __init__(self, planner: Planner) -> None:
+        self._planner = planner
+
+    def plan(self, seen: Seen) -> np.ndarray | None:
+        known, status = seen.map.known.copy(), seen.map.status.copy()
+        path = self._planner.plan(seen)
+        assert np.array_equal(known, seen.map.known) and np.array_equal(status, seen.map.status), "wrote into the map"
+        if path is None:
+            return None
+        cols = status.shape[1]
+        rows, columns = np.divmod(path, cols)
+        assert path.dtype == np.int32, f"path of {path.dtype}, expected int32"
+        assert (rows[0], columns[0]) == seen.pose[:2], "the path does not start at the robot"
+        assert max(np.abs(np.diff(rows)).max(initial=0), np.abs(np.diff(columns)).max(initial=0)) <= 1, "the path jumps"
+        assert (status.ravel()[path] <= UNSEEN).all(), "the path runs through a seen obstacle"
+        return path
+
+
+def check_planner(make: Callable[[World], Planner], lines: tuple[str, ...]) -> None:
+    drawn = draw(*lines)
+    world = make_world("contract", drawn.grid, 0.0)
+    runs = [
+        run_trial(world, drawn.start, drawn.goal, Checked(make(world)), lidar=small_lidar(3.0), step_m=1.0,
+                  rng=np.random.default_rng(0), max_steps=500)
+        for _ in range(2)
+    ]  # fmt: skip
+    assert runs[0].ending is Ending.REACHED, f"ended: {runs[0].ending}"
+    assert np.array_equal(runs[0].path, runs[1].path), "the same trial twice took two ways"
+
+
+@pytest.mark.parametrize("lines", [TWO_ROOMS, DEAD_END])
+@pytest.mark.parametrize("name", sorted(PLANNERS))
+def test_planner_keeps_the_contract(name: str, lines: tuple[str, ...]) -> None:
+    check_planner(PLANNERS[name], lines)
+
+
+class _Broken(OptimisticPlanner):
+    def __init__(self, harm: str) -> None:
+        self._harm = harm
+
+    def plan(self, seen: Seen) -> np.ndarray | None:
+        path = super().plan(seen)
+        assert path is not None
+        if self._harm == "jumps":
+            return path[[0, -1]]
+        if self._harm == "starts elsewhere":
+            return path[1:]
+        if self._harm == "writes":
+            seen.map.known[0, 0] = 2 - seen.map.known[0, 0]
+        return None if self._harm == "gives up" else path
+
+
+@pytest.mark.parametrize(
+    ("harm", "message"),
+    [
+        ("jumps", "the path jumps"),
+        ("starts elsewhere", "does not start at the robot"),
+        ("writes", "wrote into the map"),
+        ("gives up", "ended: no frontier is left"),
+    ],
+)
+def test_the_checker_catches_liars(harm: str, message: str) -> None:
+    with pytest.raises(AssertionError, match=message):
+        check_planner(lambda world: _Broken(harm), TWO_ROOMS)
