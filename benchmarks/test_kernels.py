@@ -30,9 +30,9 @@ def test_cast(benchmark, trial: Trial, beams: int) -> None:
 def test_insert(benchmark, trial: Trial, beams: int) -> None:
     map_, directions = explored(trial, RANGE_M, scans=0), beam_directions(beams)
     reach = RANGE_M / RESOLUTION
-    ranges = cast_rays(trial.world.grid.cells, *trial.start, directions, reach)
+    scan = cast_rays(trial.world.grid.cells, *trial.start, directions, reach)
     disk = disk_offsets(1.0)
-    benchmark(insert_scan, map_.known, map_.status, *trial.start, directions, ranges, reach, disk)
+    benchmark(insert_scan, map_.known, map_.status, *trial.start, directions, scan, disk)
 
 
 def test_optimistic_field(benchmark, trial: Trial) -> None:

@@ -43,6 +43,6 @@ def explored(trial: Trial, max_range_m: float, *, scans: int = 40) -> PartialMap
     directions, reach = beam_directions(1024), max_range_m / RESOLUTION
     free = np.argwhere(world.blocked == 0)
     for row, col in [trial.start, *free[np.random.default_rng(0).choice(len(free), scans)]]:
-        ranges = cast_rays(world.grid.cells, row, col, directions, reach)
-        insert_scan(map_.known, map_.status, row, col, directions, ranges, reach, disk_offsets(RADIUS / RESOLUTION))
+        scan = cast_rays(world.grid.cells, row, col, directions, reach)
+        insert_scan(map_.known, map_.status, row, col, directions, scan, disk_offsets(RADIUS / RESOLUTION))
     return map_

@@ -2,8 +2,11 @@
 
 Beams start at a cell's centre and visit every cell they cross, in order (Amanatides and Woo 1987), so nothing is
 stepped over. A beam through the exact corner of four cells enters the neighbour in x first, and thus never slips
-between two obstacles that touch in a corner. Casting and insertion share the same arithmetic.
+between two obstacles that touch in a corner. Casting and insertion share the same arithmetic, and a scan says which
+cell it hit: at a corner two cells are entered at one distance, so the range alone does not tell.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -13,6 +16,18 @@ from pipeline.grids.occupancy import FREE, OCCUPIED, UNKNOWN, Cells
 from pipeline.grids.partial_map import BLOCKED, CLEAR, UNSEEN
 
 Ranges = NDArray[np.float64]
+NOTHING = -1
+
+
+class Scan(NamedTuple):
+    """What the beams met.
+
+    ranges: [beams] float64, distance to the first cell that is not FREE [cells]; the maximum where nothing was met.
+    hits: [beams] int32, flat index of that cell, NOTHING where nothing was met.
+    """
+
+    ranges: Ranges
+    hits: NDArray[np.int32]
 
 
 def beam_directions(beams: int) -> NDArray[np.float64]:
@@ -22,12 +37,13 @@ def beam_directions(beams: int) -> NDArray[np.float64]:
 
 
 @njit(cache=True, nogil=True)
-def cast_rays(cells: Cells, row: int, col: int, directions: NDArray[np.float64], max_range: float) -> Ranges:
-    """Return the distance [cells] from the centre of (row, col) to the first cell that is not FREE, per beam.
+def cast_rays(cells: Cells, row: int, col: int, directions: NDArray[np.float64], max_range: float) -> Scan:
+    """Return what beams from the centre of (row, col) meet within ``max_range`` [cells].
 
-    A beam that meets nothing returns ``max_range``. ``cells`` needs a closed outermost ring.
+    ``cells`` needs a closed outermost ring.
     """
     ranges = np.empty(directions.shape[0])
+    hits = np.full(directions.shape[0], NOTHING, dtype=np.int32)
     for beam in range(directions.shape[0]):
         dx, dy = directions[beam, 0], directions[beam, 1]
         step_x = 1 if dx > 0 else -1
@@ -50,8 +66,9 @@ def cast_rays(cells: Cells, row: int, col: int, directions: NDArray[np.float64],
                 break
             if cells[r, c] != FREE:
                 ranges[beam] = travelled
+                hits[beam] = r * cells.shape[1] + c
                 break
-    return ranges
+    return Scan(ranges, hits)
 
 
 @njit(cache=True, nogil=True)
@@ -61,8 +78,7 @@ def insert_scan(
     row: int,
     col: int,
     directions: NDArray[np.float64],
-    ranges: Ranges,
-    max_range: float,
+    scan: Scan,
     disk: NDArray[np.int32],
 ) -> int:
     """Write a scan of ``cast_rays`` into ``known`` and ``status`` in place; return the number of newly seen cells.
@@ -80,12 +96,11 @@ def insert_scan(
             room[home] = CLEAR
     for beam in range(directions.shape[0]):
         dx, dy = directions[beam, 0], directions[beam, 1]
-        step_x = 1 if dx > 0 else -1
-        step_y = 1 if dy > 0 else -1
+        step_x, step_y = 1 if dx > 0 else -1, 1 if dy > 0 else -1
         delta_x = 1.0 / abs(dx) if dx != 0.0 else np.inf
         delta_y = 1.0 / abs(dy) if dy != 0.0 else np.inf
         next_x, next_y = 0.5 * delta_x, 0.5 * delta_y
-        reach = ranges[beam]
+        reach, hit = scan.ranges[beam], scan.hits[beam]
         step_row = step_y * cols
         cell = home
         while True:
@@ -97,11 +112,13 @@ def insert_scan(
                 travelled = next_y
                 next_y += delta_y
                 cell += step_row
-            if travelled >= reach:
-                if reach < max_range and seen[cell] != OCCUPIED:
+            if cell == hit:
+                if seen[cell] != OCCUPIED:
                     seen[cell] = OCCUPIED
                     fresh += 1
                     block_around(status, cell // cols, cell % cols, disk)
+                break
+            if hit == NOTHING and travelled >= reach:
                 break
             if seen[cell] == UNKNOWN:
                 seen[cell] = FREE

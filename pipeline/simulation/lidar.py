@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import ConfigError
-from pipeline.grids.raycast import Ranges, beam_directions, cast_rays
+from pipeline.grids.raycast import Ranges, Scan, beam_directions, cast_rays
 from pipeline.planning.seen import Pose
 from pipeline.simulation.world import World
 
@@ -40,8 +40,8 @@ def make_lidar(*, beams: int, input_beams: int, max_range_m: float, noise_m: flo
     return Lidar(beam_directions(beams), input_beams, max_range_m, noise_m)
 
 
-def sense(world: World, lidar: Lidar, pose: Pose) -> Ranges:
-    """Return exact ranges [cells] in the world frame, per direction of ``lidar``."""
+def sense(world: World, lidar: Lidar, pose: Pose) -> Scan:
+    """Return an exact scan in the world frame, per direction of ``lidar``."""
     reach = lidar.max_range / world.grid.resolution
     return cast_rays(world.grid.cells, pose.row, pose.col, lidar.directions, reach)
 

@@ -87,15 +87,15 @@ def run_trial(
     ending, steps = Ending.CUT_OFF, 0
     widen = round(merge_m / (2.0 * world.grid.resolution))
     for step in range(max_steps or 4 * rows * cols):
-        ranges = sense(world, lidar, pose)
-        fresh = _learn(map_, world, lidar, pose, ranges)
+        scan = sense(world, lidar, pose)
+        fresh = insert_scan(map_.known, map_.status, pose.row, pose.col, lidar.directions, scan, world.disk)
         steps = step + 1
         if (pose.row, pose.col) == goal:
             ending = Ending.REACHED
             break
         if fresh or path.size < 2:
-            scan = robot_frame_ranges(lidar, ranges, pose, world.grid.resolution, rng)
-            chosen = planner.plan(Seen(map_, pose, goal, scan, world.grid.resolution, step, widen))
+            ranges = robot_frame_ranges(lidar, scan.ranges, pose, world.grid.resolution, rng)
+            chosen = planner.plan(Seen(map_, pose, goal, ranges, world.grid.resolution, step, widen))
             decisions += 1
             if chosen is None:
                 ending = Ending.UNREACHABLE
@@ -114,11 +114,6 @@ def run_trial(
         perf_counter() - began,
         map_.known,
     )
-
-
-def _learn(map_: PartialMap, world: World, lidar: Lidar, pose: Pose, ranges: NDArray[np.float64]) -> int:
-    reach = lidar.max_range / world.grid.resolution
-    return insert_scan(map_.known, map_.status, pose.row, pose.col, lidar.directions, ranges, reach, world.disk)
 
 
 def _walk(path: NDArray[np.int32], map_: PartialMap, world: World, pose: Pose, length: float) -> _Stride:
