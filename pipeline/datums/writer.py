@@ -31,7 +31,7 @@ def to_table(rows: DatumRows) -> pa.Table:
     """Return ``rows`` as a table of the current schema, checked as :func:`write_shard` says."""
     _check(rows)
     return pa.Table.from_arrays(
-        [_array(values, field) for values, field in zip(rows, DATUM_SCHEMA, strict=True)], schema=DATUM_SCHEMA
+        [_array(getattr(rows, field.name), field) for field in DATUM_SCHEMA], schema=DATUM_SCHEMA
     )
 
 
