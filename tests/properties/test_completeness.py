@@ -65,7 +65,7 @@ def check_trial(world: World, drawn: Drawing, episode: Episode) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(PLANNERS))
-@settings(deadline=None, max_examples=250)
+@settings(deadline=None, max_examples=1500)
 @given(
     drawn=cluttered_worlds(),
     seed=st.integers(0, 2**31),
