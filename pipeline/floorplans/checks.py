@@ -101,7 +101,7 @@ def _grid_parts(plan: GridPlan) -> NDArray[np.float64]:
 
 
 def _warnings(plan: FloorPlan | GridPlan, share: float) -> tuple[str, ...]:
-    found = []
+    found = list(plan.remarks)
     if share < _WELL_CONNECTED:
         found.append(f"only {share:.0%} of the free floor is one connected part: sealed rooms or doors drawn as walls")
     splinters = sum(door.width < NARROWEST_DOOR_M for door in plan.doors)

@@ -4,8 +4,8 @@ World frame of a plan: metres, x to the right, y up. Row 0 of a grid is the lowe
 corner of ``cells[0, 0]``.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from math import isfinite
 from typing import NamedTuple
 
@@ -43,11 +43,32 @@ class Bounds(NamedTuple):
 
 
 class Door(NamedTuple):
-    """An opening that the source marks as a door: its middle and the width of the passage [m]."""
+    """An opening that the source marks as a door: its middle and the width of the passage [m].
+
+    leaf: False for an opening without a door leaf, such as a passage between two halls.
+    """
 
     x: float
     y: float
     width: float
+    leaf: bool = True
+
+
+class Room(NamedTuple):
+    """A room as its source outlines it [m]; ``label`` is what the source calls it, such as OFFICE, or empty."""
+
+    outline: Polygon | MultiPolygon
+    label: str
+
+
+class Layer(NamedTuple):
+    """What a grid says of its cells beside their occupancy.
+
+    values: [rows, cols] uint16, row 0 the lowest y. labels: the name of each value that has one.
+    """
+
+    values: NDArray[np.uint16]
+    labels: Mapping[int, str]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +79,7 @@ class Plan:
     floor: variants of one floor (same walls, other furniture) share it. environment: class of places, "mit_floors".
     source: the file or generator it came from. split: the split it was drawn for, None when still to be decided.
     doors: where the source marks them. endpoints: the start and goal the plan was drawn for [m].
+    remarks: sentences of the reader on what it repaired, assumed or left out.
     """
 
     plan_id: str
@@ -68,14 +90,20 @@ class Plan:
     split: str | None = None
     doors: tuple[Door, ...] = ()
     endpoints: tuple[Location, Location] | None = None
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class FloorPlan(Plan):
-    """A plan as geometry. free: the navigable floor [m], holes are walls. bounds: the extent of the drawing [m]."""
+    """A plan as geometry.
+
+    free: the navigable floor [m]; holes are walls. It alone decides where a robot may be.
+    bounds: the extent of the drawing [m]. rooms: as the source outlines and labels them; they may overlap walls.
+    """
 
     free: Polygon | MultiPolygon
     bounds: Bounds
+    rooms: tuple[Room, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,12 +111,14 @@ class GridPlan(Plan):
     """A plan as cells.
 
     cells: [rows, cols] uint8 of FREE, OCCUPIED, UNKNOWN, CLUTTER, row 0 the lowest y. resolution: side of a cell [m].
-    origin: outer corner of ``cells[0, 0]`` in the world frame [m].
+    origin: outer corner of ``cells[0, 0]`` in the world frame [m]. layers: what else the source says of each cell, by
+    name, such as "rooms" or "semantics".
     """
 
     cells: Cells
     resolution: float
     origin: Location
+    layers: Mapping[str, Layer] = field(default_factory=dict)
 
 
 def bounds_of(plan: FloorPlan | GridPlan) -> Bounds:

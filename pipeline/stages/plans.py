@@ -114,7 +114,12 @@ def _read(config: PlansConfig, work: Workspace) -> tuple[list[Checked], list[Ref
 
 
 def _read_one(path: Path, *, reader: str | None) -> list[Checked]:
-    return [(plan, inspect(plan)) for plan in read_plan_file(path, reader)]
+    checked = []
+    for plan in read_plan_file(path, reader):
+        if isinstance(plan, PlanError):
+            raise plan
+        checked.append((plan, inspect(plan)))
+    return checked
 
 
 def _refuse_doubles(found: Sequence[FloorPlan | GridPlan]) -> None:

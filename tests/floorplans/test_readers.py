@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from PIL import Image
 
 from pipeline.errors import PlanError
-from pipeline.floorplans.plan import CLUTTER, FREE, OCCUPIED, UNKNOWN, Location
+from pipeline.floorplans.plan import CLUTTER, FREE, OCCUPIED, UNKNOWN, Door, Location
 from pipeline.floorplans.readers import READERS, find_plan_files, read_plan_file
 from pipeline.floorplans.readers import picture as picture_module
 from pipeline.floorplans.readers.ros_map_server import write_ros_map
@@ -26,7 +26,7 @@ def test_an_mit_floor_is_read_as_drawn(tmp_path):
     assert np.array_equal(plan.cells, cells_of(tuple(line.replace("d", ".") for line in ELL)))
     assert (plan.cells == CLUTTER).sum() == 1
     (door,) = plan.doors
-    assert door == (6.5 * 0.5, 4.5 * 0.5, 1.5)
+    assert door == Door(6.5 * 0.5, 4.5 * 0.5, 1.5)
 
 
 @pytest.mark.parametrize("place", ["beside", "above"])

@@ -5,10 +5,10 @@ from pathlib import Path
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import FloorPlan, GridPlan
 from pipeline.floorplans.readers.mit_campus_grids import MitCampusGrids
-from pipeline.floorplans.readers.reader import Reader
+from pipeline.floorplans.readers.reader import Reader, ReadOptions
 from pipeline.floorplans.readers.ros_map_server import RosMapServer
 
-__all__ = ["READERS", "Reader", "find_plan_files", "read_plan_file"]
+__all__ = ["READERS", "ReadOptions", "Reader", "find_plan_files", "read_plan_file"]
 
 READERS: dict[str, Reader] = {reader.name: reader for reader in (MitCampusGrids(), RosMapServer())}
 
@@ -30,22 +30,26 @@ def find_plan_files(root: Path, reader_name: str | None = None) -> list[Path]:
     return files
 
 
-def read_plan_file(path: Path, reader_name: str | None = None) -> list[FloorPlan | GridPlan]:
+def read_plan_file(
+    path: Path, reader_name: str | None = None, options: ReadOptions | None = None
+) -> list[FloorPlan | GridPlan | PlanError]:
     """Read one file with the named reader, or with the first one that recognises its content.
+
+    A record of the file that is no plan comes back as the error that says why.
 
     Raises:
         PlanError: no such file, no reader recognises it, or it is damaged.
     """
     if not path.is_file():
         raise PlanError(f"{path}: no such file.")
-    if reader_name is not None:
-        return _chosen(reader_name)[0].read(path)
-    for reader in READERS.values():
-        if reader.sniff(path):
-            return reader.read(path)
-    raise PlanError(
-        f"{path}: not recognised as {' or '.join(READERS)}. Name the format in plans.reader, or move it away."
+    chosen = (
+        _chosen(reader_name) if reader_name is not None else [reader for reader in _chosen(None) if reader.sniff(path)]
     )
+    if not chosen:
+        raise PlanError(
+            f"{path}: not recognised as {' or '.join(READERS)}. Name the format in plans.reader, or move it away."
+        )
+    return list(chosen[0].read(path, options or ReadOptions()))
 
 
 def _chosen(name: str | None) -> list[Reader]:

@@ -9,6 +9,7 @@ Variants of a floor have the same walls and other furniture. ``background`` and 
 
 import zipfile
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,8 +18,8 @@ from numpy.typing import NDArray
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.openings import doors_from
-from pipeline.floorplans.plan import CLUTTER, FREE, OCCUPIED, FloorPlan, GridPlan, Location
-from pipeline.floorplans.readers.reader import building_in_manifest
+from pipeline.floorplans.plan import CLUTTER, FREE, OCCUPIED, FloorPlan, GridPlan, Layer, Location
+from pipeline.floorplans.readers.reader import ReadOptions, building_in_manifest
 
 _MOST_BYTES = 400_000_000  # 14,000 x 14,000 cells in two layers
 _LAYERS = ("occ_grid", "semantic_grid", "semantic_labels", "resolution")
@@ -39,8 +40,12 @@ class MitCampusGrids:
         except (OSError, zipfile.BadZipFile):
             return False
 
-    def read(self, path: Path) -> list[FloorPlan | GridPlan]:
-        """Return the one plan of the file; see `Reader.read`."""
+    def accompanies(self, path: Path) -> bool:
+        """Return False: a floor is one file."""
+        return False
+
+    def read(self, path: Path, options: ReadOptions) -> Iterator[FloorPlan | GridPlan | PlanError]:
+        """Yield the one plan of the file; see `Reader.read`. The file states its scale: no option is used."""
         layers = _load(path)
         labels = [str(label) for label in layers["semantic_labels"]]
         semantic = layers["semantic_grid"]
@@ -51,19 +56,18 @@ class MitCampusGrids:
         resolution = float(layers["resolution"])
         origin = Location(0.0, 0.0)
         floor = path.stem.rpartition("_")[0] or path.stem
-        return [
-            GridPlan(
-                plan_id=path.stem,
-                building=building_in_manifest(path) or f"MIT-{floor.rpartition('-')[0] or floor}",
-                floor=floor,
-                environment="mit_floors",
-                source=path.name,
-                cells=np.ascontiguousarray(cells[::-1]),
-                resolution=resolution,
-                origin=origin,
-                doors=doors_from(marked[::-1], resolution, origin),
-            )
-        ]
+        yield GridPlan(
+            plan_id=path.stem,
+            building=building_in_manifest(path) or f"MIT-{floor.rpartition('-')[0] or floor}",
+            floor=floor,
+            environment="mit_floors",
+            source=path.name,
+            cells=np.ascontiguousarray(cells[::-1]),
+            resolution=resolution,
+            origin=origin,
+            doors=doors_from(marked[::-1], resolution, origin),
+            layers={"semantics": Layer(semantic[::-1].astype(np.uint16), dict(enumerate(labels)))},
+        )
 
 
 def _load(path: Path) -> dict[str, NDArray[np.generic]]:

@@ -1,7 +1,8 @@
 """What a reader of floor plans is, and the building that a manifest gives a file."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path, PurePath
 from typing import Protocol
@@ -10,6 +11,29 @@ from pipeline.errors import PlanError
 from pipeline.floorplans.plan import FloorPlan, GridPlan
 
 MANIFEST = "manifest_dev.csv"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadOptions:
+    """What a person may say about files that do not say it themselves (conf/plans/: ``read``).
+
+    metres_per_unit: size of a pixel or drawing unit [m]; needed where the format has no scale, refused by readers
+    whose format states it. invert: dark pixels are free. free_thresh, occupied_thresh: a pixel whose darkness (0
+    white to 1 black, after ``invert``) is below the first is free, above the second occupied, between them unknown.
+    door_width_m: width cut for doors that the file gives without one [m]. wall_m: thickness of walls drawn as lines
+    [m]. levels: read only these floors of a file; empty reads all. wall_layers, door_layers: names, with * and ?, of
+    the layers or classes of a drawing that hold walls and doors; empty takes the reader's own list.
+    """
+
+    metres_per_unit: float | None = None
+    invert: bool = False
+    free_thresh: float = 0.25
+    occupied_thresh: float = 0.65
+    door_width_m: float = 0.9
+    wall_m: float = 0.1
+    levels: tuple[str, ...] = ()
+    wall_layers: tuple[str, ...] = ()
+    door_layers: tuple[str, ...] = ()
 
 
 class Reader(Protocol):
@@ -29,11 +53,15 @@ class Reader(Protocol):
         """Return whether the content of ``path`` looks like this format. Never raises on a foreign file."""
         ...
 
-    def read(self, path: Path) -> list[FloorPlan | GridPlan]:
-        """Return the plans in ``path``.
+    def accompanies(self, path: Path) -> bool:
+        """Return whether ``path`` belongs to a plan without holding one itself: a scenario, a mask, an index."""
+        ...
+
+    def read(self, path: Path, options: ReadOptions) -> Iterator[FloorPlan | GridPlan | PlanError]:
+        """Yield each plan in ``path``, or the error that says why one record of it is none.
 
         Raises:
-            PlanError: the file is missing, damaged or lacks something; names the file and what was expected.
+            PlanError: the file as a whole is missing, damaged or lacks something; names it and what was expected.
         """
         ...
 

@@ -12,6 +12,7 @@ A yaw within 1 degree of a quarter turn is rounded to it and the grid is turned;
 turning a grid by it would resample the walls.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees, isfinite, pi
 from pathlib import Path
@@ -24,7 +25,7 @@ from pipeline.errors import PlanError
 from pipeline.files import replacing, write_text
 from pipeline.floorplans.plan import CLUTTER, FREE, OCCUPIED, UNKNOWN, Cells, FloorPlan, GridPlan, Location
 from pipeline.floorplans.readers.picture import Grey, read_picture, write_picture
-from pipeline.floorplans.readers.reader import building_in_manifest
+from pipeline.floorplans.readers.reader import ReadOptions, building_in_manifest
 
 _QUARTER = pi / 2
 _YAW_TOLERANCE_DEG = 1.0
@@ -63,25 +64,27 @@ class RosMapServer:
             return False
         return isinstance(content, dict) and "image" in content
 
-    def read(self, path: Path) -> list[FloorPlan | GridPlan]:
-        """Return the one plan of the map; see `Reader.read`."""
+    def accompanies(self, path: Path) -> bool:
+        """Return False: pictures are found through their YAML."""
+        return False
+
+    def read(self, path: Path, options: ReadOptions) -> Iterator[FloorPlan | GridPlan | PlanError]:
+        """Yield the one plan of the map; see `Reader.read`. The YAML states scale and thresholds: no option is used."""
         header = read_header(path)
         cells = np.ascontiguousarray(classify(read_picture(header.image), header)[::-1])
         turned, origin = turn(cells, header, path)
         building = building_in_manifest(path) or building_in_manifest(path.parent / header.image.name)
         plan_id = f"{path.parent.name}.{path.stem}"
-        return [
-            GridPlan(
-                plan_id=plan_id,
-                building=building or path.parent.name,
-                floor=plan_id,
-                environment="ros_maps",
-                source=f"{path.parent.name}/{path.name}",
-                cells=turned,
-                resolution=header.resolution,
-                origin=origin,
-            )
-        ]
+        yield GridPlan(
+            plan_id=plan_id,
+            building=building or path.parent.name,
+            floor=plan_id,
+            environment="ros_maps",
+            source=f"{path.parent.name}/{path.name}",
+            cells=turned,
+            resolution=header.resolution,
+            origin=origin,
+        )
 
 
 def read_header(path: Path) -> MapHeader:
