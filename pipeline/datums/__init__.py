@@ -1,12 +1,13 @@
 """The labelled table: versioned schema, writer, reader."""
 
 from pipeline.datums.reader import read_datums
-from pipeline.datums.schema import DATUM_SCHEMA, DATUM_VERSION, Datum, DatumRows, stack
+from pipeline.datums.schema import DATUM_SCHEMA, DATUM_VERSION, MAP_VIEW, Datum, DatumRows, stack
 from pipeline.datums.writer import digest, shard_path, write_shard
 
 __all__ = [
     "DATUM_SCHEMA",
     "DATUM_VERSION",
+    "MAP_VIEW",
     "Datum",
     "DatumRows",
     "digest",

@@ -66,4 +66,6 @@ def _values(array: pa.Array) -> NDArray[np.generic]:
         return np.asarray(shared[words.indices.to_numpy()])
     if pa.types.is_fixed_size_list(array.type):
         return np.asarray(array.flatten().to_numpy()).reshape(-1, BEAMS)
+    if pa.types.is_list(array.type):
+        return np.asarray(array.flatten().to_numpy()).reshape(len(array), len(array.flatten()) // max(1, len(array)))
     return np.asarray(array.to_numpy(zero_copy_only=False))

@@ -11,8 +11,9 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-DATUM_VERSION: Final = 1
+DATUM_VERSION: Final = 2
 BEAMS: Final = 256
+MAP_VIEW: Final = 115  # numbers in a view of the map, see pipeline/systems/subgoals/map_view.py
 METADATA_KEY: Final = b"hinterland"
 
 Texts = NDArray[np.object_]  # of str; equal words share one object, so that 300 k rows stay small
@@ -44,6 +45,7 @@ class Datum(NamedTuple):
     exploration_m: float | None
     weight_m: float
     frontier_cells: int
+    map_view: NDArray[np.floating] | None = None
 
 
 class DatumRows(NamedTuple):
@@ -73,6 +75,7 @@ class DatumRows(NamedTuple):
     exploration_m: Float32s  # [N] NaN where it does
     weight_m: Float32s  # [N] cost of taking this subgoal for the other class
     frontier_cells: NDArray[np.int32]  # [N]
+    map_view: Float32s  # [N, MAP_VIEW] the subgoal in the robot's whole map, [N, 0] where none were harvested
 
 
 def _column(name: str, kind: pa.DataType, unit: str, frame: str, *, nullable: bool = False) -> pa.Field:
@@ -95,6 +98,8 @@ DATUM_SCHEMA: Final[pa.Schema] = pa.schema(
         _column("exploration_m", pa.float32(), "m", "", nullable=True),
         _column("weight_m", pa.float32(), "m", ""),
         _column("frontier_cells", pa.int32(), "1", ""),
+        # Of variable length, since a list of fixed length cannot be left out of a parquet file: MAP_VIEW or 0 numbers.
+        _column("map_view", pa.list_(pa.field("item", pa.float32(), nullable=False)), "m, 1", "subgoal to goal"),
     ],
     metadata={METADATA_KEY: json.dumps({"table": "datums", "version": DATUM_VERSION}).encode()},
 )
@@ -107,6 +112,9 @@ def stack(datums: Sequence[Datum]) -> DatumRows:
         values = [datum[index] for datum in datums]
         if field.name == "ranges":
             columns["ranges"] = np.asarray(values, dtype=np.float32).reshape(len(datums), BEAMS)
+        elif field.name == "map_view":
+            width = MAP_VIEW if datums and datums[0].map_view is not None else 0
+            columns["map_view"] = np.asarray(values if width else [], dtype=np.float32).reshape(len(datums), width)
         else:
             columns[field.name] = np.asarray(
                 [np.nan if value is None else value for value in values], dtype=_numpy_type(field.type)

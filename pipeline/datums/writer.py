@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from pipeline.datums.schema import BEAMS, DATUM_SCHEMA, DatumRows
+from pipeline.datums.schema import BEAMS, DATUM_SCHEMA, MAP_VIEW, DatumRows
 from pipeline.errors import TableError
 from pipeline.files import write_table
 
@@ -19,7 +19,7 @@ def shard_path(folder: Path, index: int) -> Path:
 
 
 def write_shard(path: Path, rows: DatumRows) -> None:
-    """Write ``rows`` as one shard, atomically. Ranges are rounded to 1 mm, which halves the file twice over.
+    """Write ``rows`` as one shard, atomically. Ranges and views are rounded to 1 mm, which halves the file twice over.
 
     Raises ValueError when the rows contradict themselves: lengths that differ, values that are not finite, or a
     label that is missing where it applies or present where it does not.
@@ -61,7 +61,7 @@ def _content(array: pa.Array) -> bytes:
     """Return bytes that depend on the values of ``array`` alone, row after row."""
     if pa.types.is_string(array.type):
         return "".join(f"{len(text)}:{text}" for text in array.to_pylist()).encode()
-    if pa.types.is_fixed_size_list(array.type):
+    if pa.types.is_fixed_size_list(array.type) or pa.types.is_list(array.type):
         return np.ascontiguousarray(array.flatten().to_numpy(zero_copy_only=False)).tobytes()
     # A null reads back as NaN; one bit pattern for all of them keeps the digest a function of the content.
     values = np.array(array.to_numpy(zero_copy_only=False))
@@ -72,17 +72,26 @@ def _content(array: pa.Array) -> bytes:
 
 def _array(values: NDArray[np.generic], field: pa.Field) -> pa.Array:
     if pa.types.is_fixed_size_list(field.type):
-        rounded = (np.round(values.astype(np.float64) * 1000.0) / 1000.0).astype(np.float32)
-        return pa.FixedSizeListArray.from_arrays(pa.array(rounded.reshape(-1)), type=field.type)
+        return pa.FixedSizeListArray.from_arrays(pa.array(_to_millimetres(values)), type=field.type)
+    if pa.types.is_list(field.type):
+        starts = pa.array(np.arange(len(values) + 1, dtype=np.int32) * values.shape[1])
+        return pa.ListArray.from_arrays(starts, pa.array(_to_millimetres(values)), type=field.type)
     if field.nullable:
         return pa.array(values, type=field.type, mask=np.isnan(values.astype(np.float64)))
     return pa.array(values, type=field.type)
 
 
+def _to_millimetres(values: NDArray[np.generic]) -> NDArray[np.float32]:
+    rounded: NDArray[np.float32] = (np.round(values.astype(np.float64) * 1000.0) / 1000.0).astype(np.float32)
+    return rounded.reshape(-1)
+
+
 def _check(rows: DatumRows) -> None:
     count = len(rows.pair_id)
     for name, values in rows._asdict().items():
-        expected = (count, BEAMS) if name == "ranges" else (count,)
+        expected: tuple[int, ...] = (count, BEAMS) if name == "ranges" else (count,)
+        if name == "map_view":
+            expected = (count, MAP_VIEW if values.size else 0)
         if values.shape != expected:
             raise ValueError(f"datum column {name} has shape {values.shape}, expected {expected}")
         optional = name in ("delta_success_m", "exploration_m")

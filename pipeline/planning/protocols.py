@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.planning.seen import Seen
-from pipeline.planning.subgoals import Subgoal
+from pipeline.planning.subgoals import Subgoal, Surroundings
 
 
 class Planner(Protocol):
@@ -37,6 +37,11 @@ class Estimates(NamedTuple):
 class Estimator(Protocol):
     """Estimates the properties of subgoals from what was seen."""
 
-    def estimate(self, seen: Seen, subgoals: Sequence[Subgoal]) -> Estimates:
-        """Return the estimates of ``subgoals``, in their order."""
+    @property
+    def lasting(self) -> bool:
+        """Whether an estimate holds until its frontier changes; otherwise it is made anew whenever the map does."""
+        ...
+
+    def estimate(self, seen: Seen, around: Surroundings, subgoals: Sequence[Subgoal]) -> Estimates:
+        """Return the estimates of ``subgoals``, in their order; ``around`` holds all subgoals of this step."""
         ...

@@ -32,6 +32,8 @@ class HarvestConfig:
     """Start-goal pairs in one shard: what a killed run loses at most, per worker."""
     weight_floor_m: float = 1.0
     """Least misclassification cost of a subgoal [m]."""
+    map_views: bool = False
+    """Store with each datum how the robot's whole map shows its subgoal, for train.input_frame=map."""
     max_steps: int | None = None
     """Scans after which an exploration is cut off; null means a bound that no planner meets."""
 
@@ -117,6 +119,7 @@ def _write_shard(
             rng=stream(seed, "harvest", pair.pair_id),
             merge_m=robot.merge_m,
             max_steps=config.max_steps,
+            map_views=config.map_views,
         )
         datums += found
     write_shard(scratch, stack(datums))

@@ -22,7 +22,9 @@ from pipeline.stages.door import StageResult, launch, typed, workspace
 from pipeline.stages.recording import tracker
 from pipeline.stages.settings import require
 from pipeline.stages.units import digest_code
-from pipeline.systems.subgoals.inputs import INPUT_FRAMES, InputFrame, subgoal_inputs
+from pipeline.systems.subgoals.estimator import INPUTS_OF
+from pipeline.systems.subgoals.inputs import InputFrame, subgoal_inputs
+from pipeline.systems.subgoals.map_view import map_inputs
 from pipeline.tracking import Model, training_logger
 
 CODE = ("learning", "../models")  # the inputs' code shows in the inputs themselves
@@ -69,7 +71,7 @@ class TrainConfig:
         for name in ("success_loss_weight", "exploration_loss_weight"):
             require(getattr(self, name) >= 0, f"train.{name}", getattr(self, name), "at least 0")
         _require_one_of("target_scaling", self.target_scaling, get_args(TargetScaling))
-        _require_one_of("input_frame", self.input_frame, INPUT_FRAMES)
+        _require_one_of("input_frame", self.input_frame, tuple(INPUTS_OF))
         _require_one_of("accelerator", self.accelerator, ("cpu", "gpu", "auto"))
 
 
@@ -111,7 +113,15 @@ def read_examples(folder: Path, split: str, config: TrainConfig) -> Examples:
             f"{folder} holds no datums of the split {split!r}: the train stage needs train and validation. Put both in "
             "harvest.splits, and plans in both in conf/plans or conf/rasterize."
         )
-    inputs = build_inputs(rows, "robot" if config.input_frame == "robot" else "subgoal")
+    if config.input_frame == "map":
+        if not rows.map_view.size:
+            raise TableError(
+                f"{folder} holds no views of the map, which train.input_frame=map needs: harvest with "
+                "harvest.map_views=true."
+            )
+        inputs = map_inputs(rows.map_view)
+    else:
+        inputs = build_inputs(rows, "robot" if config.input_frame == "robot" else "subgoal")
     return label_examples(rows, inputs, by_cost=config.cost_weighted, by_class=config.class_balanced)
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from pipeline.datums import Datum
+from pipeline.datums import MAP_VIEW, Datum
 
 
-def make_datum(index: int, *, leads: bool, split: str = "train", seed: int = 0) -> Datum:
+def make_datum(index: int, *, leads: bool, split: str = "train", seed: int = 0, map_view: bool = False) -> Datum:
     rng = np.random.default_rng([seed, index])
     return Datum(
         pair_id=f"plan-{index % 3}/{index}",
@@ -29,8 +29,11 @@ def make_datum(index: int, *, leads: bool, split: str = "train", seed: int = 0) 
         exploration_m=None if leads else float(rng.uniform(1, 30)),
         weight_m=float(rng.uniform(1, 20)),
         frontier_cells=7,
+        map_view=rng.uniform(0.0, 15.0, MAP_VIEW) if map_view else None,
     )
 
 
-def make_datums(count: int, *, split: str = "train", seed: int = 0) -> list[Datum]:
-    return [make_datum(index, leads=index % 3 == 0, split=split, seed=seed) for index in range(count)]
+def make_datums(count: int, *, split: str = "train", seed: int = 0, map_view: bool = False) -> list[Datum]:
+    return [
+        make_datum(index, leads=index % 3 == 0, split=split, seed=seed, map_view=map_view) for index in range(count)
+    ]

@@ -13,16 +13,18 @@ from pipeline.errors import TableError
 from tests.datums.rows import make_datum, make_datums
 
 
-def test_what_is_written_is_read(tmp_path: Path) -> None:
-    datums = make_datums(7)
+@pytest.mark.parametrize("map_view", [False, True])
+def test_what_is_written_is_read(tmp_path: Path, map_view: bool) -> None:
+    datums = make_datums(7, map_view=map_view)
     write_shard(shard_path(tmp_path, 0), stack(datums[:4]))
     write_shard(shard_path(tmp_path, 1), stack(datums[4:]))
     expected, found = stack(datums), read_datums(tmp_path)
     for name in expected._fields:
         written, read = getattr(expected, name), getattr(found, name)
         assert written.dtype == read.dtype, name
-        if name == "ranges":
-            assert np.abs(written - read).max() <= 0.00051  # rounded to 1 mm
+        if name in ("ranges", "map_view"):
+            assert written.shape == read.shape
+            assert np.abs(written - read).max(initial=0.0) <= 0.00051  # rounded to 1 mm
         elif written.dtype.kind == "f":
             assert np.array_equal(written, read, equal_nan=True), name
         else:
@@ -123,7 +125,7 @@ def _missing_column(path: Path) -> None:
     ("damage", "message"),
     [
         (_cut_short, "part-000000.parquet is not a readable parquet file .* run the harvest stage again"),
-        (_older_version, "holds datums v0, this code reads datums v1: run `dvc repro harvest`"),
+        (_older_version, "holds datums v0, this code reads datums v2: run `dvc repro harvest`"),
         (_foreign, "holds no hinterland datums"),
         (_garbled_mark, "holds no hinterland datums"),
         (_missing_column, "its columns are .* expected"),

@@ -12,7 +12,7 @@ from pipeline.grids.occupancy import FREE, OCCUPIED
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.protocols import Estimates, Planner
 from pipeline.planning.seen import Seen
-from pipeline.planning.subgoals import Subgoal
+from pipeline.planning.subgoals import Subgoal, Surroundings
 from pipeline.simulation.trial import Ending, Episode, run_trial
 from pipeline.simulation.world import World, known_map_distance, make_world
 from pipeline.systems.subgoals.perfect import PerfectEstimator
@@ -28,7 +28,11 @@ class Liar:
     def __init__(self, seed: int) -> None:
         self._rng = np.random.default_rng(seed)
 
-    def estimate(self, seen: Seen, subgoals: Sequence[Subgoal]) -> Estimates:
+    @property
+    def lasting(self) -> bool:
+        return bool(self._rng.integers(2))
+
+    def estimate(self, seen: Seen, around: Surroundings, subgoals: Sequence[Subgoal]) -> Estimates:
         count = len(subgoals)
         p = self._rng.choice([0.0, 1e-9, 0.5, 1.0], count)
         return Estimates(p, self._rng.choice([0.0, 1e6], count), self._rng.choice([0.0, 3.0, 1e6], count))

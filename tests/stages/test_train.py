@@ -11,10 +11,14 @@ from omegaconf import DictConfig, OmegaConf
 
 from pipeline.datums import shard_path, stack, write_shard
 from pipeline.errors import ConfigError, TableError
+from pipeline.simulation.trial import Ending, run_trial
+from pipeline.simulation.world import make_world
 from pipeline.stages.door import typed
 from pipeline.stages.train import TrainConfig, train
 from pipeline.systems.subgoals.estimator import LearnedEstimator
+from pipeline.systems.subgoals.planner import Estimated, SubgoalPlanner
 from tests.datums.rows import make_datums
+from tests.worlds import TWO_ROOMS, draw, small_lidar
 
 QUICK: dict[str, Any] = {"steps": 20, "validate_every": 10, "batch_size": 16, "hidden": [16, 8]}
 
@@ -32,9 +36,9 @@ def configuration(artifacts: Path, **train_keys: Any) -> DictConfig:
     )
 
 
-def write_datums(artifacts: Path, *, splits: tuple[str, ...] = ("train", "validation")) -> None:
+def write_datums(artifacts: Path, *, splits: tuple[str, ...] = ("train", "validation"), map_view: bool = False) -> None:
     for index, split in enumerate(splits):
-        rows = stack(make_datums(60, split=split, seed=index))
+        rows = stack(make_datums(60, split=split, seed=index, map_view=map_view))
         write_shard(shard_path(artifacts / "harvest" / "datums", index), rows)
 
 
@@ -53,6 +57,28 @@ def test_datums_become_weights_that_a_planner_can_use(tmp_path: Path) -> None:
     assert 0 < estimates.p_success[0] < 1
     assert result.model is not None
     assert result.model.outputs.shape == (16, 3)
+
+
+def test_a_network_may_read_the_map(tmp_path: Path) -> None:
+    write_datums(tmp_path, map_view=True)
+    train(configuration(tmp_path, input_frame="map"))
+    estimator = LearnedEstimator.load(tmp_path / "train" / "network.safetensors")
+    assert not estimator.lasting
+    drawn = draw(*TWO_ROOMS)
+    world = make_world("two rooms", drawn.grid, 0.0)
+    planner = SubgoalPlanner(estimator=estimator)
+    asked: list[Estimated] = []
+    planner.on_estimate = asked.append
+    lidar = small_lidar(2.0)
+    episode = run_trial(world, drawn.start, drawn.goal, planner, lidar=lidar, step_m=0.5, rng=np.random.default_rng(0))
+    assert episode.ending is Ending.REACHED
+    assert any(0 < found.p_success < 1 for each in asked for found in each.properties)
+
+
+def test_a_map_network_needs_views_of_the_map(tmp_path: Path) -> None:
+    write_datums(tmp_path)
+    with pytest.raises(TableError, match=r"no views of the map.*harvest\.map_views=true"):
+        train(configuration(tmp_path, input_frame="map"))
 
 
 def test_training_again_gives_the_same_weights(tmp_path: Path) -> None:

@@ -98,7 +98,7 @@ def test_one_subgoal_is_estimated_as_among_many(tmp_path: Path) -> None:
 @pytest.mark.parametrize("frame", ["world", "Subgoal"])
 def test_weights_for_other_inputs_are_refused(tmp_path: Path, frame: str) -> None:
     path = save(tmp_path / "network.safetensors", trained_like("log"), frame=frame)
-    with pytest.raises(TableError, match=f"in the frame '{frame}', this code builds 260 in one of subgoal, robot"):
+    with pytest.raises(TableError, match=f"of the kind '{frame}', this code builds 260 of the kind subgoal"):
         LearnedEstimator.load(path)
 
 

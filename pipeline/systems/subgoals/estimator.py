@@ -13,11 +13,15 @@ from pipeline.learning.calibration import Calibration
 from pipeline.learning.weights import Arrays, NetworkHeader, load_weights
 from pipeline.planning.protocols import Estimates
 from pipeline.planning.seen import Seen
-from pipeline.planning.subgoals import Subgoal
-from pipeline.systems.subgoals.inputs import INPUT_FRAMES, INPUTS, InputFrame, subgoal_inputs
+from pipeline.planning.subgoals import Subgoal, Surroundings
+from pipeline.systems.subgoals.inputs import INPUTS, InputFrame, subgoal_inputs
+from pipeline.systems.subgoals.map_view import MAP_INPUTS, map_inputs, view_map
 from pipeline.systems.subgoals.observation import observe
 
 _CERTAIN = 1e-6  # how close P_S comes to 0 and 1: a planner may divide by either, and no network knows better
+
+
+INPUTS_OF = {"subgoal": INPUTS, "robot": INPUTS, "map": MAP_INPUTS}
 
 
 class _Layer(NamedTuple):
@@ -36,6 +40,7 @@ class LearnedEstimator:
         """Fold the network that ``header`` and ``arrays`` describe."""
         self.header = header
         self._frame: InputFrame = "robot" if header.input_frame == "robot" else "subgoal"
+        self._from_map = header.input_frame == "map"
         self._hidden = _fold_hidden(header, arrays)
         self._head = _fold_head(arrays, header.calibration)
         self._log_targets = header.target_scaling == "log"
@@ -47,15 +52,23 @@ class LearnedEstimator:
         Raises TableError naming the file when it is missing, damaged, of another version or for other inputs.
         """
         header, arrays = load_weights(path)
-        if header.input_frame not in INPUT_FRAMES or header.inputs != INPUTS:
+        if header.inputs != INPUTS_OF.get(header.input_frame):
             raise TableError(
-                f"{path} takes {header.inputs} inputs in the frame {header.input_frame!r}, this code builds {INPUTS} "
-                f"in one of {', '.join(INPUT_FRAMES)}: run `dvc repro train`."
+                f"{path} takes {header.inputs} inputs of the kind {header.input_frame!r}, this code builds "
+                f"{', '.join(f'{count} of the kind {kind}' for kind, count in INPUTS_OF.items())}: "
+                "run `dvc repro train`."
             )
         return cls(header, arrays)
 
-    def estimate(self, seen: Seen, subgoals: Sequence[Subgoal]) -> Estimates:
-        """Return the estimates of ``subgoals``, in their order, from this step's scan."""
+    @property
+    def lasting(self) -> bool:
+        """Whether estimates are made from a scan, and so hold until the frontier is scanned again."""
+        return not self._from_map
+
+    def estimate(self, seen: Seen, around: Surroundings, subgoals: Sequence[Subgoal]) -> Estimates:
+        """Return the estimates of ``subgoals``, in their order, from this step's scan or map."""
+        if self._from_map:
+            return self._run(map_inputs(np.round(view_map(seen, around, subgoals), 3)))
         observed = observe(seen, subgoals)
         return self.estimate_scan(observed.ranges, observed.goal, observed.subgoals)
 
@@ -64,7 +77,9 @@ class LearnedEstimator:
 
         ranges: [256] m. goal_xy: [2], subgoal_xy: [N, 2] m, all in the robot frame (x ahead, y left).
         """
-        hidden = subgoal_inputs(ranges, goal_xy, subgoal_xy, frame=self._frame)
+        return self._run(subgoal_inputs(ranges, goal_xy, subgoal_xy, frame=self._frame))
+
+    def _run(self, hidden: NDArray[np.float32]) -> Estimates:
         for weight, bias in self._hidden:  # biases and weights are halved: sigmoid(x) = (1 + tanh(x / 2)) / 2
             hidden = np.tanh(hidden @ weight + bias)
         raw = (hidden @ self._head.weight + self._head.bias).astype(np.float64)

@@ -14,6 +14,7 @@ from pipeline.simulation.lidar import Lidar
 from pipeline.simulation.trial import Episode, run_trial
 from pipeline.simulation.world import World
 from pipeline.systems.subgoals.labels import LabelBook, Marked
+from pipeline.systems.subgoals.map_view import view_map
 from pipeline.systems.subgoals.observation import observe
 
 
@@ -31,18 +32,20 @@ class Origin(NamedTuple):
 class _Harvester:
     """Drives as the optimistic planner does and keeps a datum of every subgoal it meets."""
 
-    def __init__(self, world: World, origin: Origin, floor_m: float) -> None:
+    def __init__(self, world: World, origin: Origin, floor_m: float, map_views: bool) -> None:
         self._world = world
         self._origin = origin
         self._optimist = OptimisticPlanner()
         self._book = LabelBook(world, floor_m=floor_m)
+        self._map_views = map_views
         self.datums: list[Datum] = []
 
     def plan(self, seen: Seen) -> NDArray[np.int32] | None:
         around = find_subgoals(seen)
         marked = self._book.mark_changed(seen, around)
         if marked:
-            self.datums += _to_datums(marked, seen, self._world, self._origin)
+            views = view_map(seen, around, [mark.subgoal for mark in marked]) if self._map_views else None
+            self.datums += _to_datums(marked, seen, self._world, self._origin, views)
         return self._optimist.plan(seen)
 
 
@@ -58,16 +61,22 @@ def harvest_trial(
     rng: np.random.Generator,
     merge_m: float = 0.0,
     max_steps: int | None = None,
+    map_views: bool = False,
 ) -> tuple[Episode, list[Datum]]:
-    """Return the optimistic planner's episode and the datums met on its way, in order of step and subgoal."""
-    harvester = _Harvester(world, origin, weight_floor_m)
+    """Return the optimistic planner's episode and the datums met on its way, in order of step and subgoal.
+
+    map_views: store with each datum how the whole map shows its subgoal.
+    """
+    harvester = _Harvester(world, origin, weight_floor_m, map_views)
     episode = run_trial(
         world, start, goal, harvester, lidar=lidar, step_m=step_m, rng=rng, merge_m=merge_m, max_steps=max_steps
     )
     return episode, harvester.datums
 
 
-def _to_datums(marked: list[Marked], seen: Seen, world: World, origin: Origin) -> list[Datum]:
+def _to_datums(
+    marked: list[Marked], seen: Seen, world: World, origin: Origin, map_views: NDArray[np.float32] | None
+) -> list[Datum]:
     view = observe(seen, [mark.subgoal for mark in marked])
     stand = center_of(world.grid, Cell(seen.pose.row, seen.pose.col))
     return [
@@ -88,6 +97,7 @@ def _to_datums(marked: list[Marked], seen: Seen, world: World, origin: Origin) -
             exploration_m=None if mark.label.leads else mark.label.exploration,
             weight_m=mark.cost,
             frontier_cells=int(mark.subgoal.cells.size),
+            map_view=None if map_views is None else map_views[k],
         )
         for k, mark in enumerate(marked)
     ]

@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.planning.protocols import Estimates
 from pipeline.planning.seen import Seen
-from pipeline.planning.subgoals import Subgoal, find_subgoals
+from pipeline.planning.subgoals import Subgoal, Surroundings
 from pipeline.simulation.world import World
 from pipeline.systems.subgoals.labels import Label, label_subgoals
 
@@ -17,9 +17,14 @@ class PerfectEstimator:
     def __init__(self, world: World) -> None:
         self._world = world
 
-    def estimate(self, seen: Seen, subgoals: Sequence[Subgoal]) -> Estimates:
+    @property
+    def lasting(self) -> bool:
+        """True: a label holds until its frontier changes, as in the datum table."""
+        return True
+
+    def estimate(self, seen: Seen, around: Surroundings, subgoals: Sequence[Subgoal]) -> Estimates:
         """Return the true labels of ``subgoals``; costs that do not apply are 0."""
-        return true_estimates(label_subgoals(self._world, seen, find_subgoals(seen), subgoals))
+        return true_estimates(label_subgoals(self._world, seen, around, subgoals))
 
 
 def true_estimates(labels: Sequence[Label]) -> Estimates:

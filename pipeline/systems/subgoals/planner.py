@@ -36,7 +36,8 @@ class Estimated(NamedTuple):
 class SubgoalPlanner:
     """Plans over subgoals with any estimator; one instance serves one trial.
 
-    estimator: learned, perfect or otherwise; asked only about subgoals that are new or whose frontier changed.
+    estimator: learned, perfect or otherwise; asked about subgoals that are new or whose frontier changed, and about
+        all of them where its estimates do not last.
     max_subgoals: only so many enter the ordering: the two of least optimistic cost, then the most likely ones.
     failure_penalty_m: cost added when every subgoal has failed; 0 is equation (4) to the letter.
     rescale_probabilities: where they sum to less than 1, scale the P_S of all subgoals to sum to 1.
@@ -69,13 +70,14 @@ class SubgoalPlanner:
     def _estimate_changed(self, seen: Seen, around: Surroundings) -> None:
         changed = [subgoal for subgoal in around.subgoals if subgoal.key not in self._stored]
         kept = {subgoal.key: self._stored[subgoal.key] for subgoal in around.subgoals if subgoal.key in self._stored}
-        if changed:
-            estimates = self.estimator.estimate(seen, changed)
+        asked = changed if self.estimator.lasting else around.subgoals
+        if asked:
+            estimates = self.estimator.estimate(seen, around, asked)
             properties = [Properties(*map(float, values)) for values in zip(*estimates, strict=True)]
-            kept |= {subgoal.key: found for subgoal, found in zip(changed, properties, strict=True)}
-            if self.on_estimate is not None:
-                self.on_estimate(Estimated(seen, around, changed, properties))
+            kept |= {subgoal.key: found for subgoal, found in zip(asked, properties, strict=True)}
         self._stored = kept
+        if changed and self.on_estimate is not None:
+            self.on_estimate(Estimated(seen, around, changed, [kept[subgoal.key] for subgoal in changed]))
 
     def _choose(self, seen: Seen, around: Surroundings, optimistic: Field) -> Subgoal:
         if len(around.subgoals) == 1:
