@@ -62,9 +62,7 @@ def view_map(seen: Seen, around: Surroundings, subgoals: Sequence[Subgoal]) -> N
     status, metres = seen.map.status, seen.resolution
     goal = seen.goal.row * status.shape[1] + seen.goal.col
     optimistic = settle(status, UNSEEN, goal, NO_TARGETS)
-    ways = [_ways_beyond(seen, around, clearance) for clearance in CLEARANCES_M]
-    beyond = np.array([[field.ravel()[each.cells].min() for field in ways] for each in around.subgoals])
-    beyond = np.minimum(beyond * metres, FARTHEST_M)
+    beyond = _ways_beyond(seen, around)
     reach, onward = around.reach.ravel(), optimistic.ravel()
     through = np.array([(reach[each.cells] + onward[each.cells]).min() for each in around.subgoals]) * metres
     places = {subgoal.key: place for place, subgoal in enumerate(around.subgoals)}
@@ -122,25 +120,36 @@ def _straight(cell: int, goal: int, cols: int) -> float:
     return float(np.hypot(cell // cols - goal // cols, cell % cols - goal % cols))
 
 
-def _ways_beyond(seen: Seen, around: Surroundings, clearance_m: float) -> Field:
-    """Return travel distances [cells] to the goal through space that is neither reached nor known to be blocked.
+def _ways_beyond(seen: Seen, around: Surroundings) -> Values:
+    """Return the way from each subgoal to the goal through unseen space alone [m]: [subgoals, CLEARANCES_M].
 
-    Narrow gaps between seen obstacles are seldom real ways on: cells within ``clearance_m`` of one are closed, except
-    around the goal. Frontier cells are open.
+    Unseen space is what is neither reached nor known to be blocked. Narrow gaps between seen obstacles are seldom real
+    ways on: cells within a clearance of one are closed, except around the goal. Frontier cells are open.
     """
-    status, known = seen.map.status, seen.map.known
-    open_ = np.isinf(around.reach) & (status <= UNSEEN)
-    if clearance_m > 0:
-        keep = clearance_m / seen.resolution + 1e-9
-        rows, cols = np.ogrid[: status.shape[0], : status.shape[1]]
-        at_goal = np.hypot(rows - seen.goal.row, cols - seen.goal.col) <= keep + 1.5
-        open_ &= (distance_transform_edt(known != OCCUPIED) > keep) | at_goal
-    flat = open_.ravel()
-    for subgoal in around.subgoals:
-        flat[subgoal.cells] = True
-    open_[[0, -1]] = False
-    open_[:, [0, -1]] = False
-    return settle((~open_).astype(np.uint8), 0, seen.goal.row * status.shape[1] + seen.goal.col, NO_TARGETS)
+    rows, cols = seen.map.status.shape
+    goal = seen.goal.row * cols + seen.goal.col
+    frontiers = np.concatenate([subgoal.cells for subgoal in around.subgoals])
+    unseen = np.isinf(around.reach) & (seen.map.status <= UNSEEN)
+    clear_by = distance_transform_edt(seen.map.known != OCCUPIED)
+    found = np.empty((len(around.subgoals), len(CLEARANCES_M)))
+    for k, clearance in enumerate(CLEARANCES_M):
+        keep = clearance / seen.resolution + 1e-9
+        open_ = unseen & (clear_by > keep)
+        span = int(keep + 1.5)
+        window = (
+            slice(max(0, seen.goal.row - span), min(rows, seen.goal.row + span + 1)),
+            slice(max(0, seen.goal.col - span), min(cols, seen.goal.col + span + 1)),
+        )
+        near_rows, near_cols = np.ogrid[window]
+        at_goal = np.hypot(near_rows - seen.goal.row, near_cols - seen.goal.col) <= keep + 1.5
+        open_[window] |= unseen[window] & at_goal
+        open_.ravel()[frontiers] = True
+        open_[[0, -1]] = False
+        open_[:, [0, -1]] = False
+        field = settle((~open_).astype(np.uint8), 0, goal, frontiers).ravel()
+        found[:, k] = [field[subgoal.cells].min() for subgoal in around.subgoals]
+    ways: Values = np.minimum(found * seen.resolution, FARTHEST_M)
+    return ways
 
 
 def _look_at(seen: Seen, around: Surroundings, subgoal: Subgoal, goal: int) -> tuple[Values, Values]:
