@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 DATUM_VERSION: Final = 2
 BEAMS: Final = 256
-MAP_VIEW: Final = 115  # numbers in a view of the map, see pipeline/systems/subgoals/map_view.py
+MAP_VIEW: Final = 115  # numbers in a view of the map, see pipeline/systems/subgoals/map_inputs.py
 METADATA_KEY: Final = b"hinterland"
 
 Texts = NDArray[np.object_]  # of str; equal words share one object, so that 300 k rows stay small

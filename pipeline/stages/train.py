@@ -22,9 +22,8 @@ from pipeline.stages.door import StageResult, launch, typed, workspace
 from pipeline.stages.recording import tracker
 from pipeline.stages.settings import require
 from pipeline.stages.units import digest_code
-from pipeline.systems.subgoals.estimator import INPUTS_OF
 from pipeline.systems.subgoals.inputs import InputFrame, subgoal_inputs
-from pipeline.systems.subgoals.map_view import map_inputs
+from pipeline.systems.subgoals.map_inputs import INPUTS_OF, map_inputs
 from pipeline.tracking import Model, training_logger
 
 CODE = ("learning", "../models")  # the inputs' code shows in the inputs themselves

@@ -3,20 +3,21 @@
 import numpy as np
 import pytest
 
-from pipeline.datums import MAP_VIEW
+from pipeline.datums import MAP_VIEW as STORED
 from pipeline.grids.occupancy import Cell
 from pipeline.grids.partial_map import BLOCKED, CLEAR, UNSEEN, PartialMap
 from pipeline.planning.seen import Pose, Seen
 from pipeline.planning.subgoals import find_subgoals
-from pipeline.systems.subgoals.map_view import (
+from pipeline.systems.subgoals.map_inputs import (
     DIRECTIONS,
     FARTHEST_M,
     MAP_INPUTS,
+    MAP_VIEW,
     NUMBERS,
     SIGHT_M,
     map_inputs,
-    view_map,
 )
+from pipeline.systems.subgoals.map_view import view_map
 from tests.worlds import cells_from
 
 # The robot R has seen the corridor; it ends in two frontiers, west and east. The goal lies to the east.
@@ -50,6 +51,10 @@ def numbers(seen):
         each.point % cols: dict(zip(NUMBERS, view, strict=False))
         for each, view in zip(around.subgoals, views, strict=True)
     }
+
+
+def test_the_datum_table_stores_as_much_as_a_view_holds():
+    assert STORED == MAP_VIEW
 
 
 def test_two_ends_of_a_corridor():

@@ -14,14 +14,12 @@ from pipeline.learning.weights import Arrays, NetworkHeader, load_weights
 from pipeline.planning.protocols import Estimates
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Subgoal, Surroundings
-from pipeline.systems.subgoals.inputs import INPUTS, InputFrame, subgoal_inputs
-from pipeline.systems.subgoals.map_view import MAP_INPUTS, map_inputs, view_map
+from pipeline.systems.subgoals.inputs import InputFrame, subgoal_inputs
+from pipeline.systems.subgoals.map_inputs import INPUTS_OF, map_inputs
+from pipeline.systems.subgoals.map_view import view_map
 from pipeline.systems.subgoals.observation import observe
 
 _CERTAIN = 1e-6  # how close P_S comes to 0 and 1: a planner may divide by either, and no network knows better
-
-
-INPUTS_OF = {"subgoal": INPUTS, "robot": INPUTS, "map": MAP_INPUTS}
 
 
 class _Layer(NamedTuple):
