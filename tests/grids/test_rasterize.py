@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pipeline.errors import ConfigError, PlanError
-from pipeline.floorplans.guided_maze import MazeShape, draw_guided_maze
+from pipeline.floorplans.generators.guided_maze import MazeShape, draw_guided_maze
 from pipeline.floorplans.plan import Bounds, Location
 from pipeline.grids.occupancy import FREE, OCCUPIED, Point
 from pipeline.grids.rasterize import check_doors, inside, pool, rasterize
