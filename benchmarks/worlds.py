@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.floorplans.guided_maze import MazeShape, draw_guided_maze
+from pipeline.floorplans.generators.guided_maze import MazeShape, draw_guided_maze
 from pipeline.grids.inflate import disk_offsets
 from pipeline.grids.occupancy import Cell, Point, cell_at
 from pipeline.grids.partial_map import PartialMap, unseen_map

@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 from scipy.ndimage import label
+from shapely.errors import GEOSException
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.openings import NARROWEST_DOOR_M, narrowest_opening
@@ -54,9 +55,16 @@ def inspect(plan: FloorPlan | GridPlan) -> PlanReport:
         height_m=bounds.max_y - bounds.min_y,
         free_components=int(areas.size),
         largest_free_share=share,
-        narrowest_door_m=narrowest_opening(plan),
+        narrowest_door_m=_narrowest(plan),
         warnings=_warnings(plan, share),
     )
+
+
+def _narrowest(plan: FloorPlan | GridPlan) -> float | None:
+    try:
+        return narrowest_opening(plan)
+    except (GEOSException, MemoryError) as problem:
+        raise PlanError(f"{_name(plan)}: the floor is too tangled to be measured. Simplify its outline.") from problem
 
 
 def _check_scale(plan: FloorPlan | GridPlan, bounds: Bounds) -> None:

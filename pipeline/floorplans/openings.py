@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, find_objects, label
 from shapely.geometry import MultiPolygon, Polygon
 
+from pipeline.errors import PlanError
 from pipeline.floorplans.plan import FREE, Door, FloorPlan, GridPlan, Location
 
 Mask = NDArray[np.bool_]
 
 NARROWEST_DOOR_M = 0.6  # a marked patch below this is a splinter of the drawing: no person passes it
+_MOST_DOORS = 10_000
 _REACH = 0.95  # share of the floor that must stay within reach
 _WIDEST_M = 8.0  # wider passages are not told apart
 _PRECISION_M = 0.01
@@ -35,8 +37,13 @@ def doors_from(marked: Mask, resolution: float, origin: Location) -> tuple[Door,
 
     The longer side of a patch is the clear width of the opening, as long as walls are thinner than doors are wide;
     it is taken from the smallest rectangle, at any angle, around the patch.
+
+    Raises:
+        PlanError: there are far too many patches.
     """
-    patches, _ = label(marked)
+    patches, count = label(marked)
+    if count > _MOST_DOORS:
+        raise PlanError(f"{count:,} patches are marked as doors, at most {_MOST_DOORS:,} are read. Is it noise?")
     doors = []
     for number, window in enumerate(find_objects(patches), start=1):
         rows, cols = np.nonzero(patches[window] == number)

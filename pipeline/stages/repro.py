@@ -26,6 +26,7 @@ Experiments: {experiments}
   hinterland                                          the last request again: does nothing if nothing changed
   hinterland experiment=guided_maze train.steps=5000  another experiment, one value changed
   hinterland experiment=mit_floors plans.root=DIR     real floors
+  hinterland plan --help                              look at floor plans, convert them, list the formats
   python -m pipeline.stages.harvest --help            one stage, and every key of the configuration
 """
 

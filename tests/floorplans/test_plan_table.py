@@ -5,7 +5,7 @@ import pytest
 from pipeline.errors import TableError
 from pipeline.floorplans import plan as plans
 from pipeline.floorplans.checks import inspect
-from pipeline.floorplans.guided_maze import MazeShape, draw_guided_maze
+from pipeline.floorplans.generators.guided_maze import MazeShape, draw_guided_maze
 from pipeline.floorplans.plan import Door
 from pipeline.floorplans.store import read_plans, write_plans
 from pipeline.grids import occupancy

@@ -6,6 +6,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.ndimage import label
 
 from pipeline.errors import ConfigError, PlanError
 from pipeline.floorplans.generators.guided_maze import MazeShape, draw_guided_maze
@@ -182,3 +183,38 @@ def test_a_resolution_that_may_close_a_door_is_refused():
         check_doors("W1-2_7", 0.6, 0.3)
     assert "narrowest door of plan W1-2_7 is 0.60 m, so at most 0.200 surely keeps it open" in str(refusal.value)
     check_doors("no doors", None, 0.3)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    resolution=st.sampled_from([0.1, 0.3, 0.5]),
+    thickness=st.sampled_from([1e-5, 0.001, 0.02, 0.2]),
+    bend=st.lists(st.floats(0.5, 7.5), min_size=0, max_size=4),
+    on_lattice=st.booleans(),
+)
+def test_a_wall_thinner_than_a_cell_never_leaks(resolution, thickness, bend, on_lattice):
+    across = [round(y / resolution) * resolution if on_lattice else y for y in [3.0, *bend, 5.0]]
+    wall = shapely.LineString([*zip(np.linspace(-0.1, 10.1, len(across)), across, strict=True)])
+    room = shapely.box(0, 0, 10, 8)
+    free = room.difference(wall.buffer(thickness / 2, cap_style="flat", join_style="mitre"))
+    above, below = (shapely.Polygon([*wall.coords, (10.1, y), (-0.1, y)]) for y in (9, -1))
+    grid = rasterize(floor_plan(free), resolution)
+    parts, _ = label(grid.cells == FREE, structure=np.ones((3, 3)))  # eight neighbours
+    rows, cols = np.nonzero(parts)
+    x, y = (grid.origin[k] + (cells + 0.5) * resolution for k, cells in enumerate((cols, rows)))
+    of_above = set(parts[rows, cols][shapely.contains_xy(above, x, y)].tolist())
+    of_below = set(parts[rows, cols][shapely.contains_xy(below, x, y)].tolist())
+    assert of_above
+    assert of_below
+    assert not of_above & of_below
+
+
+@given(blocks, st.integers(2, 4))
+def test_pooling_joins_nothing_that_fine_cells_separate(blocked, factor):
+    """Two pooled cells that touch lie in one 8-connected part of the fine cells."""
+    blocked = np.pad(blocked, ((0, -blocked.shape[0] % factor), (0, -blocked.shape[1] % factor)), constant_values=True)
+    fine, _ = label(~blocked, structure=np.ones((3, 3)))
+    coarse, count = label(~pool(blocked, factor), structure=np.ones((3, 3)))
+    for part in range(1, count + 1):
+        spread = np.kron(coarse == part, np.ones((factor, factor), dtype=bool))
+        assert len(np.unique(fine[spread])) == 1

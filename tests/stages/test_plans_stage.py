@@ -8,6 +8,7 @@ from omegaconf import DictConfig, OmegaConf
 from pipeline.errors import ConfigError, HinterlandError, PlanError, TableError, TrialError
 from pipeline.files import write_json
 from pipeline.floorplans.checks import inspect
+from pipeline.floorplans.generators import GENERATORS
 from pipeline.floorplans.plan import Location
 from pipeline.floorplans.store import read_plans, write_plans
 from pipeline.grids.store import read_pairs, read_worlds
@@ -40,6 +41,30 @@ def test_mazes_go_from_the_generator_to_pairs(tmp_path):
     assert (back.start, back.goal, back.known_map_m) == (there.goal, there.start, there.known_map_m)
     assert sampled.known_map_m >= 5.0
     assert {world.split for world in read_worlds(tmp_path / "rasterize")} == {"train", "validation", "test"}
+
+
+@pytest.mark.parametrize("source", GENERATORS)
+def test_every_generator_draws_plans_that_make_trials(tmp_path, source):
+    counts = {"train": 1, "validation": 1, "test": 2}
+    raw = config(tmp_path, radius=0.15, plans={"source": source, "counts": counts}, rasterize=GRIDS)
+    raw.rasterize.narrow_doors = "keep"
+    assert plans(raw).metrics == {"plans": 4, "buildings": 4, "warned": 0, "rejected": 0}
+    metrics = rasterize(raw).metrics
+    assert (metrics["pairs_train"], metrics["pairs_test"]) == (3, 4)
+    assert metrics["connected_share"] > 0.99
+    section = GENERATORS[source].section
+    assert {plan.plan_id for plan, _ in read_plans(tmp_path / "plans/plans.parquet")} == {
+        f"{section}-{split}-{k:05d}" for split, count in counts.items() for k in range(count)
+    }
+
+
+def test_plans_of_one_name_get_their_folder_in_front(tmp_path):
+    for part in "ab":
+        write_npz(tmp_path / "in" / part / "1-1_7.npz")
+    write_npz(tmp_path / "in" / "b" / "1-2_7.npz")
+    plans(config(tmp_path / "out", plans={"source": "files", "root": str(tmp_path / "in")}))
+    found = read_plans(tmp_path / "out" / "plans" / "plans.parquet")
+    assert sorted(plan.plan_id for plan, _ in found) == ["1-2_7", "a.1-1_7", "b.1-1_7"]
 
 
 def test_the_number_of_workers_changes_no_byte(tmp_path):
@@ -117,7 +142,7 @@ def _walls_only(folder: Path) -> None:
 
 BAD_PLANS = {
     "missing folder": (_nothing, {}, PlanError, "no such folder or file"),
-    "empty folder": (lambda folder: folder.mkdir(), {}, PlanError, "no *.npz or *.yaml or *.yml in this folder"),
+    "empty folder": (lambda folder: folder.mkdir(), {}, PlanError, "in this folder. Is it the right one?"),
     "empty plan": (_walls_only, {}, PlanError, "the plan is empty, it has no free space"),
     "nothing usable": (
         _walls_only,
@@ -138,19 +163,13 @@ BAD_PLANS = {
         PlanError,
         "map.yaml: image missing",
     ),
-    "same name twice": (
-        lambda folder: [write_npz(folder / part / "1-1_7.npz") for part in "ab"],
-        {},
-        PlanError,
-        "two plans are named 1-1_7",
-    ),
-    "unknown reader": (_nothing, {"reader": "dxf"}, ConfigError, "plans.reader = dxf: expected null or one of mit"),
+    "unknown reader": (_nothing, {"reader": "dwg"}, ConfigError, "plans.reader = dwg: expected null or one of mit"),
     "no root": (_nothing, {"root": None}, ConfigError, "plans.root is not given: expected the folder or file"),
     "unknown source": (
         _nothing,
         {"source": "sky"},
         ConfigError,
-        "plans.source = sky: expected one of guided_maze, files",
+        "plans.source = sky: expected one of guided_maze, forest, office",
     ),
     "unknown key": (_nothing, {"rot": "x"}, ConfigError, "unknown key plans.rot"),
     "no mazes": (_nothing, {"source": "guided_maze"}, ConfigError, "plans.counts"),

@@ -1,33 +1,126 @@
 """Readers of floor plans, one per format, found by name or by a look into the file."""
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatch
 from pathlib import Path
 
 from pipeline.errors import PlanError
+from pipeline.floorplans.manifest import PATTERN, find_manifest
 from pipeline.floorplans.plan import FloorPlan, GridPlan
+from pipeline.floorplans.readers.amrl_vector_maps import AmrlVectorMaps
+from pipeline.floorplans.readers.dxf import Dxf
+from pipeline.floorplans.readers.houseexpo import HouseExpo
+from pipeline.floorplans.readers.ifc import Ifc
+from pipeline.floorplans.readers.imdf import Imdf
+from pipeline.floorplans.readers.indoor_geojson import IndoorGeoJson
+from pipeline.floorplans.readers.kth_campus_grids import KthCampusGrids
+from pipeline.floorplans.readers.luperto import Luperto
+from pipeline.floorplans.readers.malls_geojson import MallsGeoJson
 from pipeline.floorplans.readers.mit_campus_grids import MitCampusGrids
+from pipeline.floorplans.readers.mlstruct import MlStruct
+from pipeline.floorplans.readers.moving_ai import MovingAi
+from pipeline.floorplans.readers.plan_geojson import PlanGeoJson
+from pipeline.floorplans.readers.raster_picture import RasterPicture
 from pipeline.floorplans.readers.reader import Reader, ReadOptions
+from pipeline.floorplans.readers.resplan import ResPlan
 from pipeline.floorplans.readers.ros_map_server import RosMapServer
+from pipeline.floorplans.readers.svg import Svg
+from pipeline.floorplans.readers.valetudo import Valetudo
+from pipeline.floorplans.readers.wrld import Wrld
+from pipeline.floorplans.sources import SourceFile, lone_file
 
-__all__ = ["READERS", "ReadOptions", "Reader", "find_plan_files", "read_plan_file"]
+__all__ = [
+    "BAD",
+    "COMPANION",
+    "PLAN",
+    "READERS",
+    "UNRECOGNISED",
+    "Classified",
+    "ReadOptions",
+    "Reader",
+    "classify",
+    "find_plan_files",
+    "read_plan_file",
+    "read_plans",
+]
 
-READERS: dict[str, Reader] = {reader.name: reader for reader in (MitCampusGrids(), RosMapServer())}
+# In the order in which they are asked: narrow formats first, any picture last.
+_ALL: tuple[Reader, ...] = (
+    MitCampusGrids(),
+    KthCampusGrids(),
+    RosMapServer(),
+    AmrlVectorMaps(),
+    MlStruct(),
+    ResPlan(),
+    Valetudo(),
+    PlanGeoJson(),
+    MallsGeoJson(),
+    Wrld(),
+    Imdf(),
+    IndoorGeoJson(),
+    HouseExpo(),
+    Luperto(),
+    Dxf(),
+    Svg(),
+    Ifc(),
+    MovingAi(),
+    RasterPicture(),
+)
+READERS: dict[str, Reader] = {reader.name: reader for reader in _ALL}
+
+# What a file may be.
+PLAN, COMPANION, UNRECOGNISED, BAD = "plan", "companion", "unrecognised", "bad"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Classified:
+    """A file and what it is.
+
+    role: PLAN or COMPANION of a format; UNRECOGNISED; BAD for an archive that cannot be unpacked, and for a file whose
+    name says that it holds a plan while its content is that of no format. reader: the format. problem: why it is BAD.
+    """
+
+    file: SourceFile
+    role: str
+    reader: Reader | None = None
+    problem: PlanError | None = None
+
+
+def classify(files: Sequence[SourceFile], reader_name: str | None = None) -> list[Classified]:
+    """Return what each file is, by a look into it. With a named reader, all files whose name fits it are plans.
+
+    Raises:
+        PlanError: no such reader.
+    """
+    named = None if reader_name is None else _named(reader_name)
+    return [_classify(file, named, alone=len(files) == 1) for file in files]
 
 
 def find_plan_files(root: Path, reader_name: str | None = None) -> list[Path]:
-    """Return the files under ``root`` (a folder or one file) that a reader, or the named one, may read; sorted.
+    """Return the files under ``root`` (a folder or one file) that hold plans, or should by their names; sorted.
+
+    Archives are not looked into: see `pipeline.floorplans.sources.open_source`.
 
     Raises:
         PlanError: no such folder, or no file in it that fits.
     """
-    patterns = [pattern for reader in _chosen(reader_name) for pattern in reader.patterns]
     if not root.exists():
         raise PlanError(f"plans.root = {root}: no such folder or file. Give the folder that holds the plans.")
     if root.is_file():
         return [root]
-    files = sorted({path for pattern in patterns for path in root.rglob(pattern) if path.is_file()})
-    if not files:
-        raise PlanError(f"plans.root = {root}: no {' or '.join(patterns)} in this folder. Is it the right one?")
-    return files
+    files = [lone_file(path) for path in sorted(root.rglob("*")) if path.is_file()]
+    found = [entry.file.path for entry in classify(files, reader_name) if entry.role in (PLAN, BAD)]
+    if not found:
+        raise PlanError(nothing_found(root, reader_name))
+    return found
+
+
+def nothing_found(root: Path, reader_name: str | None) -> str:
+    """Return the sentence that says what was looked for below ``root`` in vain."""
+    readers = [_named(reader_name)] if reader_name is not None else list(READERS.values())
+    patterns = dict.fromkeys(pattern for reader in readers for pattern in reader.patterns)
+    return f"plans.root = {root}: no {' or '.join(patterns)} in this folder. Is it the right one?"
 
 
 def read_plan_file(
@@ -42,19 +135,69 @@ def read_plan_file(
     """
     if not path.is_file():
         raise PlanError(f"{path}: no such file.")
-    chosen = (
-        _chosen(reader_name) if reader_name is not None else [reader for reader in _chosen(None) if reader.sniff(path)]
-    )
-    if not chosen:
+    readers = [_named(reader_name)] if reader_name is not None else [r for r in READERS.values() if r.sniff(path)]
+    if not readers:
+        raise _not_recognised(path)
+    return list(read_plans(lone_file(path), readers[0], options))
+
+
+def read_plans(
+    file: SourceFile, reader: Reader, options: ReadOptions | None = None
+) -> Iterator[FloorPlan | GridPlan | PlanError]:
+    """Yield each plan of a file, with the building that a manifest gives it, or the error that refuses one record.
+
+    Raises:
+        PlanError: the file as a whole is damaged or lacks something.
+    """
+    manifest = find_manifest(file.original)
+    try:
+        for found in reader.read(file.path, options or ReadOptions()):
+            if isinstance(found, PlanError):
+                yield PlanError(file.named_anew(str(found)))
+                continue
+            building = manifest.building_of(found.plan_id) if manifest is not None else None
+            yield replace(found, building=building or found.building, source=file.source_of(found.source))
+    except PlanError as problem:
+        raise PlanError(file.named_anew(str(problem))) from problem
+    except MemoryError as problem:
         raise PlanError(
-            f"{path}: not recognised as {' or '.join(READERS)}. Name the format in plans.reader, or move it away."
-        )
-    return list(chosen[0].read(path, options or ReadOptions()))
+            f"{file.original}: needs more memory than there is. Give it in parts, or scale it down."
+        ) from problem
+    except Exception as problem:
+        raise PlanError(
+            f"{file.original}: the reader {reader.name} failed ({type(problem).__name__}: {str(problem)[:200]}), "
+            "which is its fault. Please report it with the file."
+        ) from problem
 
 
-def _chosen(name: str | None) -> list[Reader]:
-    if name is None:
-        return list(READERS.values())
+def _classify(file: SourceFile, named: Reader | None, *, alone: bool) -> Classified:
+    if file.problem is not None:
+        return Classified(file=file, role=BAD, problem=file.problem)
+    if fnmatch(file.path.name, PATTERN):
+        return Classified(file=file, role=COMPANION)
+    if named is not None and (alone or _fits(file.path, named)):
+        return Classified(file=file, role=COMPANION if named.accompanies(file.path) else PLAN, reader=named)
+    for reader in READERS.values() if named is None else (named,):
+        if reader.accompanies(file.path):
+            return Classified(file=file, role=COMPANION, reader=reader)
+        if named is None and reader.sniff(file.path):
+            return Classified(file=file, role=PLAN, reader=reader)
+    if named is None and (alone or any(_fits(file.path, reader) for reader in READERS.values())):
+        return Classified(file=file, role=BAD, problem=_not_recognised(file.original))
+    return Classified(file=file, role=UNRECOGNISED)
+
+
+def _fits(path: Path, reader: Reader) -> bool:
+    return any(fnmatch(path.name.lower(), pattern.lower()) for pattern in reader.patterns)
+
+
+def _not_recognised(path: Path) -> PlanError:
+    return PlanError(
+        f"{path}: not recognised as {' or '.join(READERS)}. Name the format in plans.reader, or move it away."
+    )
+
+
+def _named(name: str) -> Reader:
     if name not in READERS:
         raise PlanError(f"plans.reader = {name}: no such reader. Choose one of {', '.join(READERS)}, or null.")
-    return [READERS[name]]
+    return READERS[name]

@@ -1,4 +1,4 @@
-"""ROS map_server maps, both ways: a YAML file beside a PGM or PNG picture.
+"""ROS map_server maps: a YAML file beside a PGM or PNG picture.
 
 The format is described at https://wiki.ros.org/map_server. Occupancy of a pixel is p = (255 - grey) / 255, or
 grey / 255 with ``negate: 1``; above ``occupied_thresh`` it is occupied, below ``free_thresh`` free, else unknown.
@@ -15,26 +15,29 @@ turning a grid by it would resample the walls.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees, isfinite, pi
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
 
 from pipeline.errors import PlanError
-from pipeline.files import replacing, write_text
-from pipeline.floorplans.plan import CLUTTER, FREE, OCCUPIED, UNKNOWN, Cells, FloorPlan, GridPlan, Location
-from pipeline.floorplans.readers.picture import Grey, read_picture, write_picture
-from pipeline.floorplans.readers.reader import ReadOptions, building_in_manifest
+from pipeline.floorplans.plan import FREE, OCCUPIED, UNKNOWN, Cells, FloorPlan, GridPlan, Location
+from pipeline.floorplans.readers.json_file import short_text, sniff_text
+from pipeline.floorplans.readers.picture import Grey, read_picture
+from pipeline.floorplans.readers.reader import ReadOptions
 
 _QUARTER = pi / 2
 _YAW_TOLERANCE_DEG = 1.0
 _MODES = ("trinary", "scale", "raw")
-_GREY_OF = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205, CLUTTER: 0}
-_OCCUPIED_THRESH, _FREE_THRESH = (
-    0.65,
-    0.196,
-)  # grey 205 is p = 0.19608: with 0.25, as some tools write, it would be free
+# The thresholds of a file that states none: grey 205 (p = 0.19608) is unknown; with 0.25, as some tools write, free.
+OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
+_MOST_BYTES = 50_000  # of the YAML, which has some 200
+# What yaml raises on bad text: its own errors, and those of Python on impossible dates, numbers and depths.
+_NOT_YAML = (
+    *(yaml.YAMLError, OSError, ValueError, LookupError, TypeError),
+    *(AttributeError, ArithmeticError, RecursionError),
+)
 
 
 class MapHeader(NamedTuple):
@@ -58,29 +61,38 @@ class RosMapServer:
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` is a YAML mapping with an image."""
+        text = sniff_text(path, _MOST_BYTES + 1)
+        if "image" not in text or len(text) > _MOST_BYTES:
+            return False
         try:
-            content = yaml.safe_load(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError, yaml.YAMLError):
+            content = _plain_yaml(text)
+        except _NOT_YAML:
             return False
         return isinstance(content, dict) and "image" in content
 
     def accompanies(self, path: Path) -> bool:
-        """Return False: pictures are found through their YAML."""
-        return False
+        """Return whether ``path`` is a YAML file without an image beside maps: their doors, places, connections."""
+        if path.suffix.lower() not in (".yaml", ".yml") or self.sniff(path):
+            return False
+        return any(self.sniff(other) for other in path.parent.glob(f"*{path.suffix}"))
 
     def read(self, path: Path, options: ReadOptions) -> Iterator[FloorPlan | GridPlan | PlanError]:
         """Yield the one plan of the map; see `Reader.read`. The YAML states scale and thresholds: no option is used."""
         header = read_header(path)
-        cells = np.ascontiguousarray(classify(read_picture(header.image), header)[::-1])
+        try:
+            grey = read_picture(header.image)
+        except PlanError as problem:
+            raise PlanError(f"{path}: {problem}") from problem
+        cells = np.ascontiguousarray(classify(grey, header)[::-1])
         turned, origin = turn(cells, header, path)
-        building = building_in_manifest(path) or building_in_manifest(path.parent / header.image.name)
-        plan_id = f"{path.parent.name}.{path.stem}"
+        folder = path.absolute().parent.name
+        plan_id = f"{folder}.{path.stem}"
         yield GridPlan(
             plan_id=plan_id,
-            building=building or path.parent.name,
+            building=folder,
             floor=plan_id,
             environment="ros_maps",
-            source=f"{path.parent.name}/{path.name}",
+            source=f"{folder}/{path.name}",
             cells=turned,
             resolution=header.resolution,
             origin=origin,
@@ -94,9 +106,11 @@ def read_header(path: Path) -> MapHeader:
         PlanError: not YAML, a key is missing or has an impossible value; names the file and the key.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as problem:
-        raise PlanError(f"{path}: not a readable YAML file ({' '.join(str(problem).split())}).") from problem
+        if path.stat().st_size > _MOST_BYTES:
+            raise PlanError(f"{path}: more than {_MOST_BYTES:,} bytes, expected the few lines of a map's YAML.")
+        content = _plain_yaml(path.read_text(encoding="utf-8-sig"))
+    except _NOT_YAML as problem:
+        raise PlanError(f"{path}: not a readable YAML file ({short_text(str(problem))}).") from problem
     if not isinstance(content, dict):
         raise PlanError(f"{path}: expected a mapping with image, resolution and origin, got {type(content).__name__}.")
     missing = [key for key in ("image", "resolution", "origin") if key not in content]
@@ -131,7 +145,7 @@ def turn(cells: Cells, header: MapHeader, path: Path) -> tuple[Cells, Location]:
     quarters = round(yaw / _QUARTER)
     if abs(degrees(yaw - quarters * _QUARTER)) > _YAW_TOLERANCE_DEG:
         raise PlanError(
-            f"{path}: origin has a yaw of {degrees(yaw):.1f} degrees; only multiples of 90 (within "
+            f"{path}: origin has a yaw of {degrees(yaw):.3g} degrees; only multiples of 90 (within "
             f"{_YAW_TOLERANCE_DEG:g}) can be read without resampling. Turn the picture and set the yaw to 0."
         )
     width, height = cells.shape[1] * header.resolution, cells.shape[0] * header.resolution
@@ -140,48 +154,24 @@ def turn(cells: Cells, header: MapHeader, path: Path) -> tuple[Cells, Location]:
     return np.ascontiguousarray(np.rot90(cells, -quarters)), Location(*corner)
 
 
-def write_ros_map(plan: GridPlan, path: Path) -> None:
-    """Write ``plan`` as ``path`` (YAML) and a PGM picture of the same name beside it, both atomically.
-
-    Reading them back gives the same grid, resolution and origin; furniture comes back as occupied.
-    """
-    picture = path.with_suffix(".pgm")
-    shades = np.zeros(max(_GREY_OF) + 1, dtype=np.uint8)
-    shades[list(_GREY_OF)] = list(_GREY_OF.values())
-    with replacing(picture) as scratch:
-        write_picture(scratch, shades[plan.cells[::-1]])
-    header = {
-        "image": picture.name,
-        "mode": "trinary",
-        "resolution": float(plan.resolution),
-        "origin": [float(plan.origin.x), float(plan.origin.y), 0.0],
-        "negate": 0,
-        "occupied_thresh": _OCCUPIED_THRESH,
-        "free_thresh": _FREE_THRESH,
-    }
-    write_text(path, yaml.safe_dump(header, sort_keys=False))
-
-
 def _header(path: Path, content: dict[str, Any]) -> MapHeader:
     resolution = _number(path, "resolution", content["resolution"])
     if resolution <= 0:
         raise PlanError(f"{path}: resolution = {resolution:g}, expected metres per pixel above 0.")
     origin = content["origin"]
     if not isinstance(origin, list) or len(origin) not in (2, 3):
-        raise PlanError(f"{path}: origin = {origin!r}, expected [x, y, yaw] in m, m, rad.")
+        raise PlanError(f"{path}: origin = {short_text(repr(origin))}, expected [x, y, yaw] in m, m, rad.")
     x, y, yaw = (_number(path, "origin", value) for value in [*origin, 0.0][:3])
-    occupied = _number(path, "occupied_thresh", content.get("occupied_thresh", _OCCUPIED_THRESH))
-    free = _number(path, "free_thresh", content.get("free_thresh", _FREE_THRESH))
+    occupied = _number(path, "occupied_thresh", content.get("occupied_thresh", OCCUPIED_THRESH))
+    free = _number(path, "free_thresh", content.get("free_thresh", FREE_THRESH))
     if not 0 <= free <= occupied <= 1:
         raise PlanError(
             f"{path}: free_thresh = {free:g}, occupied_thresh = {occupied:g}; expected 0 <= free <= occupied <= 1."
         )
     mode = str(content.get("mode", "trinary")).lower()
     if mode not in _MODES:
-        raise PlanError(f"{path}: mode = {mode}, expected one of {', '.join(_MODES)}.")
-    image = path.parent / str(content["image"]).strip()
-    if not image.is_file():
-        raise PlanError(f"{path}: image = {content['image']}: no such picture beside the YAML file. Put it there.")
+        raise PlanError(f"{path}: mode = {short_text(mode)}, expected one of {', '.join(_MODES)}.")
+    image = _picture(path, str(content["image"]).strip())
     negate = bool(_number(path, "negate", content.get("negate", 0)))
     return MapHeader(image, resolution, (x, y, yaw), negate, occupied, free, mode)
 
@@ -189,8 +179,42 @@ def _header(path: Path, content: dict[str, Any]) -> MapHeader:
 def _number(path: Path, key: str, value: object) -> float:
     try:
         number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = float("nan")
     if not isfinite(number):
-        raise PlanError(f"{path}: {key} = {value!r}, expected a finite number.")
+        raise PlanError(f"{path}: {key} = {short_text(repr(value))}, expected a finite number.")
     return number
+
+
+class _PlainLoader(yaml.SafeLoader):
+    """YAML without references to what stands elsewhere in it: a few lines of them unfold to gigabytes."""
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError("it refers to other parts of itself (*), which is not read")
+        return super().compose_node(parent, index)
+
+
+def _plain_yaml(text: str) -> object:
+    """Return what ``text`` holds; raises one of `_NOT_YAML`."""
+    loader = _PlainLoader(text)
+    try:
+        return loader.get_single_data()
+    finally:
+        loader.dispose()
+
+
+def _picture(path: Path, named: str) -> Path:
+    """Return the picture that the YAML file ``path`` names; map savers often name it where it lay when they ran."""
+    beside = (path.parent / named, path.parent / PurePath(named.replace("\\", "/")).name)
+    found = next((image for image in beside if _is_file(image)), None)
+    if found is None:
+        raise PlanError(f"{path}: image = {short_text(named)}: no such picture beside the YAML file. Put it there.")
+    return found
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name longer than the disk allows
+        return False

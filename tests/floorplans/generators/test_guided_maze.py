@@ -8,12 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import ConfigError
-from pipeline.floorplans.guided_maze import (
+from pipeline.floorplans.generators.guided_maze import (
     MazeShape,
     corridors,
     draw_guided_maze,
     draw_path,
+    lattice,
     node_centers,
+    open_loops,
     spanning_tree,
 )
 from pipeline.randomness import stream
@@ -119,3 +121,28 @@ def test_impossible_mazes_are_refused_by_key(changes, message):
 def test_a_path_that_hardly_any_maze_has_ends_with_a_message():
     with pytest.raises(ConfigError, match=r"plans.maze.min_path_cells = 47: expected less"):
         draw_guided_maze(MazeShape(min_path_cells=47), np.random.default_rng(0), plan_id="m")
+
+
+@given(st.integers(2, 7), st.integers(2, 7), st.floats(0, 1), st.integers(0, 10_000))
+def test_loops_open_their_share_of_the_missing_corridors(columns, rows, loops, seed):
+    shape = MazeShape(columns=columns, rows=rows, min_path_cells=1, loops=loops)
+    tree = spanning_tree(columns, rows, np.random.default_rng(seed))
+    opened = open_loops(tree, shape, np.random.default_rng(seed))
+    missing = len(lattice(columns, rows)) - len(tree)
+    assert opened[: len(tree)].tolist() == tree.tolist()
+    assert len({tuple(edge) for edge in opened.tolist()}) == len(tree) + round(loops * missing)
+
+
+def test_all_loops_make_the_lattice_and_no_loops_leave_the_tree():
+    every = draw_guided_maze(MazeShape(loops=1.0), np.random.default_rng(0), plan_id="m")
+    none = draw_guided_maze(MazeShape(loops=0.0), np.random.default_rng(0), plan_id="m")
+    assert len(every.free.interiors) == 5 * 7
+    assert len(none.free.interiors) == 0
+
+
+@pytest.mark.parametrize("widening", [1.0, 1.5])
+def test_the_path_is_as_wide_as_asked(widening):
+    shape = MazeShape(widening=widening)
+    plan = draw_guided_maze(shape, np.random.default_rng(0), plan_id="m")
+    assert plan.free.buffer(-shape.corridor_m * widening * 0.49, join_style="mitre").area > 0
+    assert plan.free.buffer(-shape.corridor_m * widening * 0.51, join_style="mitre").area < 0.05

@@ -1,0 +1,160 @@
+"""A survey of folders full of plans: what each data set holds, what could not be read and why."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple, TypeAlias
+
+from pipeline.errors import PlanError
+from pipeline.floorplans.checks import inspect
+from pipeline.floorplans.manifest import PATTERN
+from pipeline.floorplans.readers import (
+    BAD,
+    COMPANION,
+    PLAN,
+    UNRECOGNISED,
+    Classified,
+    ReadOptions,
+    classify,
+    read_plans,
+)
+from pipeline.floorplans.sources import is_archive, lone_file, open_source
+
+
+@dataclass(frozen=True, kw_only=True)
+class DataSet:
+    """How the plans of one data set are to be read: by the named reader or any, and with which options."""
+
+    reader: str | None = None
+    options: ReadOptions = field(default_factory=ReadOptions)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurveyRow:
+    """What one data set holds.
+
+    files: all of them, members of archives counted singly. read_files: those that gave at least one plan. companions:
+    files that belong to a plan without holding one. unrecognised: names of files that are none of any format.
+    plans, floors, buildings: what was read and passed the checks; a floor is counted once for its building.
+    warnings: their number over all plans. failures: one line for each file or record that gave no plan.
+    """
+
+    name: str
+    files: int = 0
+    read_files: int = 0
+    companions: int = 0
+    unrecognised: tuple[str, ...] = ()
+    plans: int = 0
+    floors: int = 0
+    buildings: int = 0
+    warnings: int = 0
+    failures: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+
+class FileTally(NamedTuple):
+    """What one file holds. floors: building and floor of each plan. failures: one line for each record without one."""
+
+    plans: int
+    floors: frozenset[tuple[str, str]]
+    warnings: int
+    failures: tuple[str, ...]
+
+
+ReadFile: TypeAlias = Callable[[Classified], FileTally]
+Spread: TypeAlias = Callable[[ReadFile, Sequence[Classified]], Iterable[FileTally]]
+"""How the files are read: ``map`` reads one after the other; the tallies come in the order of the files."""
+
+
+def survey(root: Path, data_sets: Mapping[str, DataSet] | None = None, *, spread: Spread = map) -> list[SurveyRow]:
+    """Return one row for each data set below ``root``, by name: its folders and archives, or ``root`` itself.
+
+    ``root`` itself is the one data set where it is a file, or a folder with a manifest, plan files or no folders.
+    data_sets: how to read the data set of a name; others are read by any reader without options.
+
+    Raises:
+        PlanError: no such folder or file.
+    """
+    given = data_sets or {}
+    return [survey_one(place, given.get(place.name, DataSet()), spread=spread) for place in data_sets_in(root)]
+
+
+def data_sets_in(root: Path) -> list[Path]:
+    """Return the folders below ``root``, and the archives beside them, that are a data set each; or ``root`` itself."""
+    if not root.is_dir():
+        return [root]
+    entries = sorted(path for path in root.iterdir() if not path.name.startswith("."))
+    if not any(path.is_dir() for path in entries) or any(root.glob(PATTERN)) or _holds_plans(root):
+        return [root]
+    return [path for path in entries if path.is_dir() or is_archive(path)]
+
+
+def survey_one(root: Path, data_set: DataSet, *, spread: Spread = map) -> SurveyRow:
+    """Return what the files below ``root`` hold."""
+    begun = perf_counter()
+    with open_source(root) as files:
+        found = classify(files, data_set.reader)
+        entries = [entry for entry in found if entry.role in (PLAN, BAD)]
+        tallies = list(spread(partial(tally_of, options=data_set.options), entries))
+    floors = {floor for tally in tallies for floor in tally.floors}
+    return SurveyRow(
+        name=root.resolve().name,
+        files=len(files),
+        read_files=sum(tally.plans > 0 for tally in tallies),
+        companions=sum(entry.role == COMPANION for entry in found),
+        unrecognised=tuple(entry.file.name for entry in found if entry.role == UNRECOGNISED),
+        plans=sum(tally.plans for tally in tallies),
+        floors=len(floors),
+        buildings=len({building for building, _ in floors}),
+        warnings=sum(tally.warnings for tally in tallies),
+        failures=tuple(failure for tally in tallies for failure in tally.failures),
+        seconds=perf_counter() - begun,
+    )
+
+
+def tally_of(entry: Classified, options: ReadOptions) -> FileTally:
+    """Read and check one file and count what it holds; no plan is kept and no PlanError leaves it."""
+    plans, warnings = 0, 0
+    floors: set[tuple[str, str]] = set()
+    failures: list[str] = []
+    try:
+        if entry.problem is not None or entry.reader is None:
+            raise entry.problem or PlanError(f"{entry.file.original}: not recognised")
+        for found in read_plans(entry.file, entry.reader, options):
+            try:
+                if isinstance(found, PlanError):
+                    raise found
+                warnings += len(inspect(found).warnings)
+                plans += 1
+                floors.add((found.building, found.floor))
+            except PlanError as problem:
+                failures.append(_one_line(problem))
+    except PlanError as problem:
+        failures.append(_one_line(problem))
+    return FileTally(plans, frozenset(floors), warnings, tuple(failures))
+
+
+def survey_table(rows: Sequence[SurveyRow]) -> str:
+    """Return the rows as text, a line for each data set and one for all, below it the failures."""
+    head = ("data set", "files", "read", "companions", "no plan", "plans", "floors", "buildings", "warnings",
+            "failures", "seconds")  # fmt: skip
+    counts = [(row.files, row.read_files, row.companions, len(row.unrecognised), row.plans, row.floors, row.buildings,
+               row.warnings, len(row.failures), round(row.seconds, 1)) for row in rows]  # fmt: skip
+    total = [round(sum(column), 1) for column in zip(*counts, strict=True)] or [0] * (len(head) - 1)
+    lines = [head, *((row.name, *map(str, cells)) for row, cells in zip(rows, counts, strict=True))]
+    lines.append(("all", *map(str, total)))
+    widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
+    text = ["  ".join(cell.ljust(width) if k == 0 else cell.rjust(width)
+                      for k, (cell, width) in enumerate(zip(line, widths, strict=True))) for line in lines]  # fmt: skip
+    return "\n".join([*text, *(f"{row.name}: {failure}" for row in rows for failure in row.failures)])
+
+
+def _holds_plans(folder: Path) -> bool:
+    files = [lone_file(path) for path in sorted(folder.iterdir()) if path.is_file()]
+    return any(entry.role == PLAN for entry in classify(files))
+
+
+def _one_line(problem: PlanError) -> str:
+    return " ".join(str(problem).split())

@@ -1,0 +1,188 @@
+"""Plans read from files: a folder, a file or an archive, checked one by one; what cannot be used is named."""
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from os.path import commonpath
+from pathlib import Path, PurePosixPath
+from typing import NamedTuple
+
+from pipeline.errors import PlanError
+from pipeline.floorplans.checks import PlanReport, inspect
+from pipeline.floorplans.plan import FloorPlan, GridPlan
+from pipeline.floorplans.readers import (
+    BAD,
+    PLAN,
+    UNRECOGNISED,
+    Classified,
+    ReadOptions,
+    classify,
+    nothing_found,
+    read_plans,
+)
+from pipeline.floorplans.sources import open_source
+from pipeline.stages.door import Workspace
+from pipeline.stages.parallel import Refused, make_all
+from pipeline.stages.settings import require
+
+Checked = tuple[FloorPlan | GridPlan, PlanReport]
+
+_SHOWN = 5  # names of files that are no plans
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadConfig:
+    """What the files do not say themselves (conf/plans/, section read)."""
+
+    metres_per_unit: float | None = None
+    """Size of a pixel, a cell or a drawing unit [m]; null where the files state it."""
+    invert: bool = False
+    """Pictures: dark is free."""
+    free_thresh: float = 0.25
+    """Pictures: darkness from 0 (white) to 1 (black), below which a pixel is free."""
+    occupied_thresh: float = 0.65
+    """Pictures: darkness above which a pixel is occupied; between the two it is unknown."""
+    door_width_m: float = 0.9
+    """Width of doors that the files give without one."""
+    wall_m: float = 0.1
+    """Thickness of walls drawn as lines."""
+    levels: list[str] = field(default_factory=list)
+    """Read only these floors of a file; empty reads all."""
+    wall_layers: list[str] = field(default_factory=list)
+    """Layers or classes of a drawing that hold walls, with * and ?; empty takes the reader's own list."""
+    door_layers: list[str] = field(default_factory=list)
+    """The same for doors."""
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        scale = self.metres_per_unit
+        require(scale is None or 0 < scale <= 1000, "plans.read.metres_per_unit", scale, "null or 0 to 1000 m")
+        thresholds = (self.free_thresh, self.occupied_thresh)
+        ordered = 0 <= self.free_thresh <= self.occupied_thresh <= 1
+        require(ordered, "plans.read.free_thresh, occupied_thresh", thresholds, "0 <= free <= occupied <= 1")
+        require(0.3 <= self.door_width_m <= 10, "plans.read.door_width_m", self.door_width_m, "0.3 to 10 m")
+        require(0.01 <= self.wall_m <= 2, "plans.read.wall_m", self.wall_m, "0.01 to 2 m")
+
+    def options(self) -> ReadOptions:
+        """Return the same as readers take it."""
+        return ReadOptions(
+            metres_per_unit=self.metres_per_unit,
+            invert=self.invert,
+            free_thresh=self.free_thresh,
+            occupied_thresh=self.occupied_thresh,
+            door_width_m=self.door_width_m,
+            wall_m=self.wall_m,
+            levels=tuple(self.levels),
+            wall_layers=tuple(self.wall_layers),
+            door_layers=tuple(self.door_layers),
+        )
+
+
+class _OfFile(NamedTuple):
+    name: str
+    checked: list[Checked]
+    refused: list[Refused]
+
+
+def read_all(
+    root: Path,
+    *,
+    reader: str | None,
+    options: ReadOptions,
+    glob: str,
+    limit: int | None,
+    on_error: str,
+    work: Workspace,
+) -> tuple[list[Checked], list[Refused]]:
+    """Return the checked plans of the files below ``root``, each with a name of its own, and what was refused.
+
+    A file may hold many plans; a bad one among them is refused by itself. See PlansConfig for the arguments.
+
+    Raises:
+        PlanError: no such folder, no file that fits, or a bad file or plan where ``on_error`` is "stop".
+    """
+    with open_source(root) as files:
+        chosen = [file for file in files if file.original.match(glob)]
+        if files and not chosen:
+            raise PlanError(f"plans.glob = {glob}: no file below {root} has such a name. Change it in conf/plans/.")
+        found = classify(chosen, reader)
+        entries = [entry for entry in found if entry.role in (PLAN, BAD)][:limit]
+        if not entries:
+            raise PlanError(nothing_found(root, reader))
+        _tell_ignored([entry.file.name for entry in found if entry.role == UNRECOGNISED])
+        of_files, refused = make_all(
+            partial(_read_one, options=options, on_error=on_error),
+            [(str(entry.file.original), entry) for entry in entries],
+            on_error=on_error,
+            workers=work.workers,
+            label="plans",
+            progress=work.progress,
+        )
+    refused += [bad for of_file in of_files for bad in of_file.refused]
+    return name_apart([(of_file.name, checked) for of_file in of_files for checked in of_file.checked]), refused
+
+
+def name_apart(found: Sequence[tuple[str, Checked]]) -> list[Checked]:
+    """Return the plans of the named files with ids that differ: equal ones get their folder, file or number in front.
+
+    Plans whose id is unique keep it. The result depends on names and order alone.
+    """
+    ids = [plan.plan_id for _, (plan, _) in found]
+    for more in (_folders, _files, _numbers):
+        ids = _distinguish(ids, [name for name, _ in found], more)
+    return [(replace(plan, plan_id=name), report) for name, (_, (plan, report)) in zip(ids, found, strict=True)]
+
+
+def _distinguish(ids: list[str], names: list[str], more: Callable[[list[str]], list[str]]) -> list[str]:
+    """Return ``ids`` in which each group of equal ones has been told apart by what ``more`` says of their files."""
+    groups: dict[str, list[int]] = defaultdict(list)
+    for place, plan_id in enumerate(ids):
+        groups[plan_id].append(place)
+    told = list(ids)
+    for plan_id, places in groups.items():
+        if len(places) > 1:
+            for place, prefix in zip(places, more([names[place] for place in places]), strict=True):
+                told[place] = ".".join(filter(None, (prefix, plan_id)))
+    return told
+
+
+def _folders(names: list[str]) -> list[str]:
+    folders = [PurePosixPath(name).parent for name in names]
+    shared = commonpath(folders)
+    return [".".join(folder.relative_to(shared).parts) for folder in folders]
+
+
+def _files(names: list[str]) -> list[str]:
+    return [PurePosixPath(name).name for name in names] if len(set(names)) > 1 else ["" for _ in names]
+
+
+def _numbers(names: list[str]) -> list[str]:
+    return [str(number) for number in range(1, len(names) + 1)]
+
+
+def _read_one(entry: Classified, *, options: ReadOptions, on_error: str) -> _OfFile:
+    """Read and check the plans of one file."""
+    if entry.problem is not None:
+        raise entry.problem
+    assert entry.reader is not None
+    name = str(entry.file.original)
+    result = _OfFile(entry.file.name, [], [])
+    for plan in read_plans(entry.file, entry.reader, options):
+        try:
+            if isinstance(plan, PlanError):
+                raise plan
+            result.checked.append((plan, inspect(plan)))
+        except PlanError as problem:
+            if on_error == "stop":
+                raise
+            result.refused.append(Refused(name, str(problem)))
+    return result
+
+
+def _tell_ignored(names: Sequence[str]) -> None:
+    if names:
+        endings = Counter(PurePosixPath(name).suffix or "no ending" for name in names)
+        kinds = ", ".join(f"{count} {ending}" for ending, count in endings.most_common(_SHOWN))
+        shown = ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
+        print(f"plans: {len(names)} files are no plans and were passed over ({kinds}): {shown}")

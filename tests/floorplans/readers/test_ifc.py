@@ -1,0 +1,288 @@
+import sys
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+from pipeline.errors import PlanError
+from pipeline.floorplans.readers import READERS, ifc_cuts
+from pipeline.floorplans.readers.ifc import Ifc
+from tests.floorplans.readers.drawing_samples import (
+    DOOR,
+    HALL,
+    INSIDE,
+    OUTLINE,
+    OUTSIDE,
+    PARTITION,
+    SOLID,
+    STUDY,
+    check_house,
+    contains,
+    read_all,
+    read_one,
+    refusal,
+)
+from tests.floorplans.real_data import plan_files
+
+pytest.importorskip("ifcopenshell", reason="the extra `ifc` is not installed")
+import ifcopenshell.api.aggregate
+import ifcopenshell.api.context
+import ifcopenshell.api.feature
+import ifcopenshell.api.geometry
+import ifcopenshell.api.owner
+import ifcopenshell.api.project
+import ifcopenshell.api.root
+import ifcopenshell.api.spatial
+import ifcopenshell.api.unit
+
+api = ifcopenshell.api
+THICK = 0.2
+METRE = {"is_metric": True, "raw": "METERS"}
+UNITS = {
+    "mm": {"is_metric": True, "raw": "MILLIMETERS"},
+    "m": METRE,
+    "ft": {"is_metric": False, "raw": "FEET"},
+}
+
+
+class Model:
+    """A building of one file in ``unit``; all lengths are given in metres, as the interface of ifcopenshell has it."""
+
+    def __init__(self, unit: dict[str, object] = METRE, version: str = "IFC4") -> None:
+        self.file = api.project.create_file(version=version)
+        if version == "IFC2X3":  # which asks of everything who made it
+            person, company = api.owner.add_person(self.file), api.owner.add_organisation(self.file)
+            api.owner.add_person_and_organisation(self.file, person=person, organisation=company)
+            api.owner.add_application(self.file, application_developer=company)
+        project = self.entity("IfcProject", "Home")
+        api.unit.assign_unit(self.file, length=unit)
+        self.body = api.context.add_context(self.file, context_type="Model")
+        self.building = self.entity("IfcBuilding", "House")
+        api.aggregate.assign_object(self.file, products=[self.building], relating_object=project)
+
+    def entity(self, kind: str, name: str | None):
+        return api.root.create_entity(self.file, ifc_class=kind, name=name)
+
+    def storey(self, name: str | None, z: float = 0.0) -> "Model":
+        """Begin a storey whose floor is at the height ``z``; what is built next stands on it."""
+        self.floor, self.z = self.entity("IfcBuildingStorey", name), z
+        api.aggregate.assign_object(self.file, products=[self.floor], relating_object=self.building)
+        self.place(self.floor, z)
+        return self
+
+    def place(self, product, z: float) -> None:
+        matrix = np.eye(4)
+        matrix[2, 3] = z
+        api.geometry.edit_object_placement(self.file, product=product, matrix=matrix)
+
+    def prism(self, kind: str, corners, *, name=None, height=2.5, above=0.0):
+        product = self.entity(kind, name)
+        if kind == "IfcSpace":
+            api.aggregate.assign_object(self.file, products=[product], relating_object=self.floor)
+        elif kind != "IfcOpeningElement":
+            api.spatial.assign_container(self.file, products=[product], relating_structure=self.floor)
+        self.place(product, self.z + above)
+        shape = api.geometry.add_slab_representation(
+            self.file, context=self.body, depth=height, polyline=[*corners, corners[0]]
+        )
+        api.geometry.assign_representation(self.file, product=product, representation=shape)
+        return product
+
+    def wall(self, start, end):
+        return self.prism("IfcWall", strip(start, end, THICK))
+
+    def walls(self) -> "Model":
+        """The walls of the house; the one between hall and study is ``self.partition``."""
+        for start, end in pairwise((*OUTLINE, OUTLINE[0])):
+            self.wall(start, end)
+        self.partition = self.wall(*PARTITION)
+        return self
+
+    def opening(self, ends=DOOR, *, filling: str | None = None, thick=0.05, above=0.0, height=2.1, wall=None):
+        """A hole in a wall, the partition where none is named, and what fills it: "IfcDoor", "IfcWindow", nothing."""
+        hole = self.prism("IfcOpeningElement", strip(*ends, 4 * THICK), above=above, height=height)
+        api.feature.add_feature(self.file, feature=hole, element=wall or self.partition)
+        if filling is not None:
+            leaf = self.prism(filling, strip(*ends, thick, cap="flat"), above=above, height=height)
+            api.feature.add_filling(self.file, opening=hole, element=leaf)
+        return self
+
+    def spaces(self) -> "Model":
+        hall = self.prism("IfcSpace", shrunk(HALL), name="101")
+        hall.LongName = "Hall"
+        self.prism("IfcSpace", shrunk(STUDY), name="Study")
+        return self
+
+    def house(self) -> "Model":
+        return self.walls().opening(filling="IfcDoor").spaces()
+
+    def save(self, tmp_path: Path, name: str = "home.ifc") -> Path:
+        self.file.write(str(tmp_path / name))
+        return tmp_path / name
+
+
+def strip(start, end, thick: float, cap: str = "square") -> list[tuple[float, float]]:
+    """The corners of a straight wall; "square" ends reach over the corners of the building."""
+    ends = "flat" if cap == "flat" or thick > THICK else "square"
+    area = shapely.buffer(shapely.LineString([start, end]), thick / 2, cap_style=ends)
+    return shapely.get_coordinates(area)[:-1].tolist()
+
+
+def shrunk(corners) -> list[tuple[float, float]]:
+    """A room up to the faces of its walls."""
+    area = shapely.buffer(shapely.Polygon(corners), -THICK / 2, join_style="mitre")
+    return shapely.get_coordinates(area)[:-1].tolist()
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_storey_is_read_in_metres_neither_turned_nor_mirrored(tmp_path, unit):
+    path = Model(UNITS[unit]).storey("Ground").house().save(tmp_path)
+    plan = read_one(Ifc(), path)
+    check_house(plan)
+    assert (plan.plan_id, plan.building, plan.floor, plan.source) == ("home.Ground", "home", "home.Ground", "home.ifc")
+    assert plan.environment == "ifc_storeys"
+    assert plan.remarks == ()
+    assert plan.doors[0].leaf
+    assert [room.label for room in plan.rooms] == ["Hall", "Study"]
+    assert [room.outline.area for room in plan.rooms] == pytest.approx([9.8 * 3.8, 3.8 * 4.8])
+    assert plan.free.area == pytest.approx(9.8 * 3.8 + 3.8 * 4.8 + 0.9 * THICK, rel=0.01)
+
+
+def test_every_storey_is_cut_above_its_own_floor(tmp_path):
+    model = Model(UNITS["mm"]).storey("Upper", 103.0).walls().storey("Ground", 100.0).house().storey("Roof", 106.0)
+    path = model.save(tmp_path)
+    ground, upper = plans = read_all(Ifc(), path)
+    assert [plan.plan_id for plan in plans] == ["home.Ground", "home.Upper"]
+    assert {plan.building for plan in plans} == {"home"}
+    check_house(ground)
+    check_house(upper, width=None)
+    assert upper.doors == upper.rooms == ()
+    passed_over = "storeys without walls 1.1 m above them were passed over: Roof"
+    assert ground.remarks == (passed_over,)
+    assert upper.remarks == (passed_over, "the storey has no spaces: rooms are not known")
+    assert [plan.floor for plan in read_all(Ifc(), path, levels=("Upper",))] == ["home.Upper"]
+
+
+def test_storeys_of_one_name_are_told_apart_by_their_heights(tmp_path):
+    path = Model().storey("Level 1").walls().storey("Level 1", 3.0).house().storey(None, 6.0).walls().save(tmp_path)
+    plans = read_all(Ifc(), path)
+    assert len({plan.plan_id for plan in plans}) == 3
+    assert [len(plan.rooms) for plan in plans] == [0, 2, 0]
+
+
+def test_windows_and_recesses_stay_closed_and_empty_openings_are_ways(tmp_path):
+    model = Model(version="IFC2X3").storey("Ground").walls().opening()
+    facade = model.wall((10.0, 0.0), (10.0, 4.0))
+    model.opening(((10.0, 1.0), (10.0, 3.0)), filling="IfcWindow", above=0.8, height=1.2, wall=facade)
+    model.opening(((2.5, 4.0), (3.5, 4.0)), above=0.9, height=1.2)  # a hatch
+    plan = read_one(Ifc(), model.spaces().save(tmp_path))
+    assert contains(plan, INSIDE) == [True] * len(INSIDE)
+    assert contains(plan, [*SOLID, *OUTSIDE, (10.0, 2.0), (3.0, 4.0)]) == [False] * 8
+    (way,) = plan.doors
+    assert (way.x, way.y, way.width, way.leaf) == (pytest.approx(1.45), pytest.approx(4), pytest.approx(0.9), False)
+
+
+def test_a_thin_leaf_opens_a_thick_wall_from_face_to_face(tmp_path):
+    model = Model().storey("Ground").walls()
+    model.partition = model.prism("IfcWall", strip((0.1, 4.1), (3.9, 4.1), 0.4))
+    plan = read_one(Ifc(), model.opening(filling="IfcDoor", thick=0.04).save(tmp_path))
+    assert len(shapely.get_parts(plan.free)) == 1
+    assert contains(plan, [(1.45, y) for y in (3.85, 4.0, 4.15, 4.28)]) == [True] * 4
+
+
+def test_spaces_that_fill_only_a_part_do_not_bound_the_floor(tmp_path):
+    model = Model().storey("Ground").walls().opening(filling="IfcDoor")
+    model.prism("IfcSpace", shrunk(STUDY), name="Study")
+    plan = read_one(Ifc(), model.save(tmp_path))
+    check_house(plan)
+    assert [room.label for room in plan.rooms] == ["Study"]
+    assert plan.remarks == ("spaces fill only a part of the storey: its floor is what the walls enclose",)
+
+
+# What is refused
+def test_without_ifcopenshell_the_extra_to_install_is_named(tmp_path, monkeypatch):
+    path = tmp_path / "home.ifc"
+    path.write_text("ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('IFC4'));\n")
+    monkeypatch.setitem(sys.modules, "ifcopenshell", None)  # as if it were not installed
+    with pytest.raises(PlanError, match=r"need the package ifcopenshell\. Install it: pip install 'hinterland\[ifc\]'"):
+        read_all(Ifc(), path)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.9, 0.999])
+def test_a_truncated_model_is_refused_whole(tmp_path, share):
+    path = Model().storey("Ground").house().save(tmp_path)
+    whole = path.read_bytes().rstrip()
+    path.write_bytes(whole[: int(share * len(whole))])
+    assert "it has no end (END-ISO-10303-21)" in refusal(Ifc(), path)
+
+
+def cycle(path: Path) -> None:
+    model = ifcopenshell.open(str(path))
+    for placement in model.by_type("IfcLocalPlacement"):
+        placement.PlacementRelTo = placement
+    model.write(str(path))
+
+
+BAD: dict[str, tuple[Callable[[Path], object], str]] = {
+    "missing": (Path.unlink, "cannot be read (No such file or directory)"),
+    "empty": (lambda path: path.write_bytes(b""), "it has no end"),
+    "text": (lambda path: path.write_text("hello\nEND-ISO-10303-21;\n"), "not a readable IFC model"),
+    "another schema": (
+        lambda path: path.write_text(path.read_text().replace("'IFC4'", "'AUTOMOTIVE_DESIGN'")),
+        "not a readable IFC model",
+    ),
+    "refers to itself": (cycle, "it refers to itself, is damaged, or needs too much memory. Export it again."),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_damaged_model_gives_one_clear_error(tmp_path, case):
+    damage, message = BAD[case]
+    path = Model().storey("Ground").walls().save(tmp_path)
+    damage(path)
+    assert message in refusal(Ifc(), path)
+
+
+def test_a_model_without_floors_or_walls_is_refused(tmp_path):
+    assert "no IfcBuildingStorey, expected one for each floor." in refusal(Ifc(), Model().save(tmp_path))
+    path = Model().storey("Ground").storey("Roof", 3.0).save(tmp_path)
+    assert "no wall stands 1.1 m above any of 2 storeys. Check the model." in refusal(Ifc(), path)
+
+
+def test_too_large_or_too_slow_a_model_is_refused(tmp_path, monkeypatch):
+    path = Model().storey("Ground").walls().save(tmp_path)
+    monkeypatch.setattr(ifc_cuts, "MOST_SECONDS", 0.01)
+    assert "its geometry takes more than 0.01 s. Simplify the model" in refusal(Ifc(), path)
+    monkeypatch.setattr(ifc_cuts, "_MOST_BYTES", 100)
+    assert "more than 100 bytes, at most that many are read. Split the model." in refusal(Ifc(), path)
+
+
+def test_a_model_is_known_by_its_header(tmp_path):
+    path = Model().storey("Ground").walls().save(tmp_path, "model.txt")
+    assert [name for name, reader in READERS.items() if reader.sniff(path)] == ["ifc"]
+    assert not Ifc().accompanies(path)
+
+
+@pytest.mark.parametrize("content", [b"", b"ISO-10303-21;", b"FILE_SCHEMA(('IFC4'));", b"\xff\x00" * 50])
+def test_other_files_are_no_model(tmp_path, content):
+    (tmp_path / "other.ifc").write_bytes(content)
+    assert not Ifc().sniff(tmp_path / "other.ifc")
+    assert not Ifc().sniff(tmp_path / "absent.ifc")
+    assert not Ifc().sniff(tmp_path)
+
+
+# Real data
+def test_a_real_house_is_read_at_its_size():
+    with plan_files("bim_samples") as entries:
+        (duplex,) = (entry for entry in entries if "Duplex" in entry.file.path.name)
+        plans = read_all(Ifc(), duplex.file.path, levels=("Level 1", "Level 2"))
+    assert [(len(plan.doors), len(plan.rooms)) for plan in plans] == [(6, 10), (8, 12)]
+    for plan in plans:
+        left, bottom, right, top = plan.bounds
+        assert (right - left, top - bottom) == (pytest.approx(8.8, abs=0.1), pytest.approx(17.8, abs=0.1))
+        halves = shapely.area(shapely.get_parts(plan.free))  # two flats, each with all of its rooms
+        assert halves == pytest.approx([plan.free.area / 2] * 2, rel=0.01)
+        assert 110 < plan.free.area < 135

@@ -1,0 +1,159 @@
+import gzip
+import os
+from pathlib import Path
+
+import pytest
+
+from pipeline.errors import PlanError
+from pipeline.floorplans import manifest as manifest_module
+from pipeline.floorplans.manifest import find_manifest
+from pipeline.floorplans.readers import READERS, read_plan_file, read_plans
+from pipeline.floorplans.sources import open_source
+from tests.floorplans.real_data import dev_folder
+from tests.floorplans.samples import write_npz
+
+
+def table(folder: Path, *lines: str, name: str = "manifest_dev.csv", encoding: str = "utf-8") -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text("\n".join(lines) + "\n", encoding=encoding)
+    return folder
+
+
+def building(file: Path, plan_id: str = "p") -> str | None:
+    found = find_manifest(file)
+    return None if found is None else found.building_of(plan_id)
+
+
+@pytest.mark.parametrize("place", [".", "..", "../.."])
+def test_a_manifest_beside_or_above_a_file_says_its_building(tmp_path, place):
+    folder = tmp_path / "set" / "dev"
+    path = write_npz(folder / "W1-2_17.npz")
+    table((folder / place).resolve(), "file,building", "W1-2_17.npz,MIT-WALKER")
+    assert read_plan_file(path)[0].building == "MIT-WALKER"
+
+
+def test_the_nearest_manifest_counts(tmp_path):
+    table(tmp_path, "file,building", "a.npz,far")
+    table(tmp_path / "dev", "file,building", "a.npz,near")
+    assert building(tmp_path / "dev" / "a.npz") == "near"
+    assert building(tmp_path / "a.npz") == "far"
+
+
+def test_without_a_manifest_or_a_line_nothing_is_said(tmp_path):
+    assert find_manifest(tmp_path / "a.npz") is None
+    table(tmp_path, "file,building", "b.npz,other")
+    assert building(tmp_path / "a.npz") is None
+
+
+@pytest.mark.parametrize("file", ["gates/map.yaml", "gates/map.png", "maps.zip/gates/map.yaml"])
+def test_a_line_names_a_map_by_its_picture_inside_an_archive(tmp_path, file):
+    table(tmp_path, "file,member,building", "maps.zip,gates/map.png,ut-gdc")
+    assert building(tmp_path / file) == "ut-gdc"
+
+
+def test_equal_members_of_two_archives_are_told_apart(tmp_path):
+    table(tmp_path, "file,member,building", "a.zip,lab/map.png,one", "b.zip,lab/map.png,two")
+    assert building(tmp_path / "a.zip" / "lab" / "map.png") == "one"
+    assert building(tmp_path / "b.zip" / "lab" / "map.png") == "two"
+    assert building(tmp_path / "c.zip" / "lab" / "map.png") is None
+
+
+def test_a_folder_whose_lines_agree_speaks_for_its_other_files(tmp_path):
+    table(
+        tmp_path,
+        "file,member,building",
+        "m.zip,lab/one.png,B",
+        "m.zip,lab/two.png,B",
+        "m.zip,mix/a.png,1",
+        "m.zip,mix/b.png,2",
+    )
+    assert building(tmp_path / "m.zip" / "lab" / "third.yaml") == "B"
+    assert building(tmp_path / "m.zip" / "mix" / "third.yaml") is None
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"), [("a.npz,B,V,H", "B"), ("a.npz,,V,H", "V"), ("a.npz,,,H", "H"), ("a.npz,,,", None)]
+)
+def test_building_goes_before_venue_and_home(tmp_path, line, expected):
+    table(tmp_path, "file,building,venue,home", line)
+    assert building(tmp_path / "a.npz") == expected
+
+
+def test_a_record_of_a_file_with_many_is_found_by_its_id(tmp_path):
+    table(tmp_path, "file,id,building", "houses.jsonl,h1,one", "houses.jsonl,h2,two")
+    assert building(tmp_path / "houses.jsonl", "h1") == "one"
+    assert building(tmp_path / "houses.jsonl", "houses.h2") == "two"
+    assert building(tmp_path / "houses.jsonl", "h3") is None
+
+
+def test_a_table_without_buildings_says_nothing(tmp_path):
+    table(tmp_path, "file,floor", "a.npz,1")
+    assert building(tmp_path / "a.npz") is None
+
+
+def test_several_tables_of_a_folder_are_one_manifest(tmp_path):
+    table(tmp_path, "file,building", "a.npz,A", name="manifest_dev.csv")
+    table(tmp_path, "file,building", "b.npz,B", name="manifest.csv")
+    table(tmp_path, "file,building", "a.npz,X", name="other.csv")
+    assert (building(tmp_path / "a.npz"), building(tmp_path / "b.npz")) == ("A", "B")
+
+
+def test_odd_lines_and_a_byte_order_mark_do_no_harm(tmp_path):
+    table(tmp_path, "file,building", "", "a.npz", "a.npz,A,too,many", ",B", "..,C", ".,D", "/,E", encoding="utf-8-sig")
+    assert building(tmp_path / "a.npz") == "A"
+
+
+def test_a_changed_manifest_is_read_again(tmp_path):
+    path = table(tmp_path, "file,building", "a.npz,old") / "manifest_dev.csv"
+    assert building(tmp_path / "a.npz") == "old"
+    table(tmp_path, "file,building", "a.npz,new")
+    os.utime(path, ns=(1, 1))
+    assert building(tmp_path / "a.npz") == "new"
+
+
+def test_an_unreadable_manifest_is_an_error(tmp_path, monkeypatch):
+    (tmp_path / "manifest.csv").write_bytes(b"file,building\n\xff\xfe,b\n")
+    with pytest.raises(PlanError, match=r"manifest.csv: not a readable manifest"):
+        find_manifest(tmp_path / "a.npz")
+    table(tmp_path, "file,building", "a.npz,b", name="manifest.csv")
+    monkeypatch.setattr(manifest_module, "_LARGEST", 10)
+    with pytest.raises(PlanError, match=r"manifest.csv: larger than 10 bytes"):
+        find_manifest(tmp_path / "a.npz")
+
+
+def test_a_cell_beyond_every_measure_is_an_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(manifest_module, "_LONGEST_FIELD", 1000)
+    table(tmp_path, "file,building", f"a.npz,{'b' * 2000}")
+    with pytest.raises(PlanError, match=r"not a readable manifest \(field larger than field limit"):
+        find_manifest(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "expected"),
+    [
+        ("kth_campus_grids", "50010535_PLAN1.npz", "KTH-A"),
+        ("amrl_vector_maps", "maps_dev.zip/AHG1/AHG1.vectormap.json", "UT-AHG"),
+        ("valetudo_homes", "maps_dev.zip/3irobotix_converted_3790.json", "home_3"),
+        ("neato_homes", "extra_01.png", "extra_01"),
+        ("ros_slam_maps", "maps_dev.zip/aaf_y3/aaf_deployment16-cropped.yaml", "strands-aaf"),
+        ("bormann_room_segmentation", "01_freiburg_building52.furnished.png", "freiburg_building52"),
+    ],
+)
+def test_real_manifests_are_understood(name, file, expected):
+    assert building(dev_folder(name) / file) == expected
+
+
+def test_lines_that_disagree_leave_the_building_open(tmp_path):
+    table(tmp_path, "file,id,building", "a.json,h1,one", "a.json,h1,two", "b.json,h2,three", "b.json,h2,three")
+    assert building(tmp_path / "a.json", "h1") is None
+    assert building(tmp_path / "b.json", "h2") == "three"
+
+
+def test_a_packed_plan_finds_its_line_beside_the_archive(tmp_path):
+    content = write_npz(tmp_path / "made" / "W1-2_17.npz").read_bytes()
+    root = table(tmp_path / "dev", "file,building", "W1-2_17.npz,MIT-WALKER")
+    (root / "W1-2_17.npz.gz").write_bytes(gzip.compress(content))
+    with open_source(root) as files:
+        (file,) = [file for file in files if file.name.endswith(".gz")]
+        (plan,) = read_plans(file, READERS["mit_campus_grids"])
+    assert (plan.building, plan.source) == ("MIT-WALKER", "W1-2_17.npz.gz")

@@ -1,0 +1,406 @@
+import inspect
+import json
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from pipeline.floorplans.plan import CLUTTER, OCCUPIED, FloorPlan
+from pipeline.floorplans.readers import READERS, read_plan_file
+from pipeline.floorplans.writers import WRITERS
+from pipeline.grids.rasterize import rasterize
+from pipeline.stages import plan_formats
+from pipeline.stages.plan_command import build_parser, main
+from tests.floorplans.samples import write_map, write_npz
+
+SQUARE = [[0, 0], [6, 0], [6, 4], [0, 4]]
+# Two rooms of 5 x 4 m with a door of 1 m between them, walls of 20 cm, drawn in centimetres with y down.
+HOME = """<svg xmlns="http://www.w3.org/2000/svg" width="1060" height="440">
+  <g class="Wall"><polygon points="0,0 1060,0 1060,20 0,20"/></g>
+  <g class="Wall"><polygon points="0,420 1060,420 1060,440 0,440"/></g>
+  <g class="Wall"><polygon points="0,0 20,0 20,440 0,440"/></g>
+  <g class="Wall"><polygon points="1040,0 1060,0 1060,440 1040,440"/></g>
+  <g class="Wall"><polygon points="520,0 540,0 540,440 520,440"/>
+    <g class="Door"><polygon points="520,100 540,100 540,200 520,200"/></g></g>
+  <g class="Space Kitchen"><polygon points="20,20 520,20 520,420 20,420"/></g>
+  <g class="Space Bedroom"><polygon points="540,20 1040,20 1040,420 540,420"/></g>
+</svg>
+"""
+
+
+def write_home(path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(HOME)
+    return path
+
+
+def write_houses(path: Path, *outlines: list, names: tuple[str, ...] = ()) -> Path:
+    """One HouseExpo house a line."""
+    houses = [
+        {
+            "id": names[k] if names else f"house-{k}",
+            "verts": verts,
+            "bbox": {"min": [0, 0], "max": [6, 4]},
+            "room_num": 1,
+        }
+        for k, verts in enumerate(outlines)
+    ]
+    path.write_text("".join(json.dumps(house) + "\n" for house in houses))
+    return path
+
+
+def cells_in(path: Path) -> np.ndarray:
+    (plan,) = read_plan_file(path)
+    return plan.cells
+
+
+def files_in(folder: Path) -> list[str]:
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+
+
+def run(capsys, *arguments: object) -> tuple[int, str, str]:
+    code = main([str(argument) for argument in arguments])
+    told = capsys.readouterr()
+    return code, told.out, told.err
+
+
+# --- info
+
+
+def test_info_prints_what_is_in_a_grid(tmp_path, capsys):
+    code, out, err = run(capsys, "info", write_npz(tmp_path / "7-1_3.npz"))
+    assert (code, err) == (0, "")
+    lines = {line[2:13].strip(): line[14:] for line in out.splitlines()[1:]}
+    assert out.startswith("plan 7-1_3\n")
+    assert lines["format"] == "mit_campus_grids, from 7-1_3.npz"
+    assert lines["size"] == "6.50 x 4.00 m"
+    assert lines["scale"] == "0.5 m per cell, 8 rows x 13 columns"
+    assert lines["building"] == "MIT-7, floor 7-1, environment mit_floors"
+    assert lines["doors"] == "1, 1.50 m wide"
+    assert lines["free floor"] == f"{(22 + 3 + 3 + 2 + 3) * 0.25:.1f} m2 in 1 part"
+    assert lines["narrowest"] == "1.50 m (door)"
+
+
+def test_info_counts_rooms_and_doors_of_a_drawing(tmp_path, capsys):
+    code, out, _ = run(capsys, "info", write_home(tmp_path / "home.svg"), "--scale", "0.01", "--json")
+    (record,) = json.loads(out)
+    assert code == 0
+    assert record["rooms"] == {"Bedroom": 1, "Kitchen": 1}
+    assert (record["format"], record["kind"], record["doors"]) == ("svg", "geometry", 1)
+    assert record["door_widths_m"] == [1.0, 1.0]
+    assert (record["width_m"], record["height_m"]) == pytest.approx((10.6, 4.4), abs=0.01)
+    assert record["free_m2"] == pytest.approx(2 * 5 * 4 + 1 * 0.2, abs=0.3)
+    assert (record["free_components"], record["narrowest_m"], record["narrowest_is"]) == (1, 1.0, "door")
+
+
+def test_info_of_a_folder_goes_on_after_a_bad_file_and_ends_with_1(tmp_path, capsys):
+    for name in ("7-1_1.npz", "7-1_2.npz"):
+        write_npz(tmp_path / name)
+    (tmp_path / "7-2_1.npz").write_bytes(b"PK\x03\x04 and nothing more")
+    code, out, err = run(capsys, "info", tmp_path)
+    assert code == 1
+    assert [line for line in out.splitlines() if line.startswith("plan ")] == ["plan 7-1_1", "plan 7-1_2"]
+    assert out.splitlines()[-1] == "2 plans, 0 with warnings, 1 refused"
+    assert err.count("\n") == 1
+    assert err.startswith("error: ")
+    assert "7-2_1.npz" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["info", "nowhere.dxf"], "error: nowhere.dxf: no such folder or file"),
+        (["info", "note.txt"], "error: note.txt: not recognised as mit_campus_grids or"),
+        (["info", "home.svg"], "Set --scale."),
+        (["info", "grey.png"], "Give it: --scale 0.05\n"),
+        (["info", "home.svg", "--scale", "0.01", "--reader", "sgv"], "--reader sgv: no such reader"),
+        (["info", "home.svg", "--free-thresh", "0.9"], "free_thresh = 0.9 is above occupied_thresh = 0.65"),
+        (["info", "map.pgm"], "error: map.pgm: a part of a plan, not a plan itself"),
+        (["convert", "home.svg", "home.dwg", "--scale", "0.01"], "error: home.dwg: its ending names no format"),
+        (["convert", "home.svg", "x", "--to", "dwg", "--scale", "0.01"], "error: --to dwg: no such format"),
+        (["convert", "map.yaml", "x.yaml", "--resolution", "0.7"], "error: --resolution 0.7: plan"),
+        (["sheet", "home.svg", "sheet.jpg", "--scale", "0.01"], "error: sheet.jpg: a contact sheet is a PNG"),
+        (["survey", ".", "--options", "no.yaml"], "error: no.yaml: not a readable YAML file"),
+    ],
+)
+def test_what_is_refused_is_one_clear_line(arguments, expected, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_home(tmp_path / "home.svg")
+    (tmp_path / "note.txt").write_text("a note")
+    grey = np.pad(np.full((20, 30), 254, dtype=np.uint8), 2)
+    Image.fromarray(grey).save(tmp_path / "grey.png")
+    write_map(tmp_path, grey, picture="map.pgm")
+    before = files_in(tmp_path)
+    code, out, err = run(capsys, *arguments)
+    assert (code, out) == (1, "")
+    assert expected in err
+    assert err.count("\n") == 1
+    assert err.startswith("error: ")
+    assert "plans.re" not in err
+    assert files_in(tmp_path) == before
+
+
+@pytest.mark.parametrize("flags", [["--scale", "0"], ["--scale", "wide"], ["--wall", "nan"], ["--free-thresh", "2"]])
+def test_an_impossible_number_names_its_flag(flags, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["info", "x", *flags])
+    assert stop.value.code == 2
+    assert f"argument {flags[0]}: expected a number above" in capsys.readouterr().err
+
+
+# --- info --draw
+
+
+def test_info_draws_one_plan_to_a_png_and_keeps_what_is_there(tmp_path, capsys):
+    home, target = write_home(tmp_path / "home.svg"), tmp_path / "home.png"
+    assert run(capsys, "info", home, "--scale", "0.01", "--draw", target)[0] == 0
+    assert Image.open(target).format == "PNG"
+    assert np.asarray(Image.open(target).convert("RGB")).std() > 20
+    before = target.read_bytes()
+    code, _, err = run(capsys, "info", home, "--scale", "0.02", "--draw", target)
+    assert (code, target.read_bytes()) == (1, before)
+    assert "exists. Give another name, or --force" in err
+    assert run(capsys, "info", home, "--scale", "0.02", "--draw", target, "--force")[0] == 0
+    assert target.read_bytes() != before
+
+
+def test_several_plans_are_drawn_into_a_folder_and_not_to_one_png(tmp_path, capsys):
+    houses = write_houses(tmp_path / "houses.jsonl", SQUARE, SQUARE, names=("a", "../../b"))
+    code, out, err = run(capsys, "info", houses, "--draw", tmp_path / "all.png")
+    assert (code, out) == (1, "")
+    assert "several plans" in err
+    assert run(capsys, "info", houses, "--draw", tmp_path / "drawn")[0] == 0
+    drawn = files_in(tmp_path)
+    assert len(drawn) == 3
+    assert all(name == "houses.jsonl" or (name.startswith("drawn/") and name.count("/") == 1) for name in drawn)
+
+
+# --- convert
+
+
+@pytest.mark.parametrize("ending", [".yaml", ".png", ".geojson"])
+def test_a_converted_grid_is_the_same_grid(ending, tmp_path, capsys):
+    source = write_npz(tmp_path / "7-1_3.npz")
+    code, out, err = run(capsys, "convert", source, tmp_path / "out" / f"floor{ending}")
+    assert (code, err) == (0, "")
+    assert out.startswith("1 plan as ")
+    (before,), (after,) = read_plan_file(source), read_plan_file(tmp_path / "out" / f"floor{ending}")
+    kept = before.cells if ending == ".geojson" else np.where(before.cells == CLUTTER, OCCUPIED, before.cells)
+    assert np.array_equal(after.cells, kept)
+    assert (after.resolution, after.origin) == (before.resolution, before.origin)
+
+
+def test_geometry_is_rasterised_for_a_format_of_cells_and_that_is_said(tmp_path, capsys):
+    source = write_houses(tmp_path / "house.json", SQUARE)
+    code, _, err = run(capsys, "convert", source, tmp_path / "house.yaml")
+    assert code == 0
+    assert err == "house.house-0: drawn as cells of 0.05 m; --resolution changes that\n"
+    (house,) = read_plan_file(source)
+    assert np.array_equal(cells_in(tmp_path / "house.yaml"), rasterize(house, 0.05).cells)
+    assert run(capsys, "convert", source, tmp_path / "coarse.yaml", "--resolution", "0.2")[2] == ""
+    assert np.array_equal(cells_in(tmp_path / "coarse.yaml"), rasterize(house, 0.2).cells)
+
+
+def test_geometry_stays_geometry_where_the_format_can_hold_it(tmp_path, capsys):
+    home = write_home(tmp_path / "home.svg")
+    assert run(capsys, "convert", home, tmp_path / "home.geojson", "--scale", "0.01")[0] == 0
+    (plan,) = read_plan_file(tmp_path / "home.geojson")
+    assert isinstance(plan, FloorPlan)
+    assert sorted(room.label for room in plan.rooms) == ["Bedroom", "Kitchen"]
+    assert plan.doors[0].width == pytest.approx(1.0)
+
+
+def test_a_resolution_that_may_close_a_door_is_said(tmp_path, capsys):
+    home = write_home(tmp_path / "home.svg")
+    code, _, err = run(capsys, "convert", home, tmp_path / "home.yaml", "--scale", "0.01", "--resolution", "0.4")
+    assert code == 0
+    assert "cells of 0.4 m may close its narrowest opening, 1.00 m; at most 0.33 surely keeps it open" in err
+
+
+def test_several_plans_become_files_of_a_folder(tmp_path, capsys):
+    houses = write_houses(tmp_path / "houses.jsonl", SQUARE, SQUARE, SQUARE)
+    code, _, err = run(capsys, "convert", houses, tmp_path / "one.geojson")
+    assert code == 1
+    assert "3 plans do not fit into one file" in err
+    assert run(capsys, "convert", houses, tmp_path / "out", "--to", "moving_ai", "--resolution", "0.5")[0] == 0
+    assert files_in(tmp_path / "out") == [f"houses.house-{k}.map" for k in range(3)]
+    assert "type octile" in (tmp_path / "out" / "houses.house-2.map").read_text()
+
+
+def test_one_bad_plan_stops_a_conversion_unless_it_is_to_be_skipped(tmp_path, capsys):
+    houses = write_houses(tmp_path / "houses.jsonl", SQUARE, [[0, 0], [0.5, 0], [0.5, 0.5]], SQUARE)
+    code, out, err = run(capsys, "convert", houses, tmp_path / "out", "--to", "plan_geojson")
+    assert (code, out, files_in(tmp_path)) == (1, "", ["houses.jsonl"])
+    assert "house-1" in err
+    assert err.count("\n") == 1
+    code, _, err = run(capsys, "convert", houses, tmp_path / "out", "--to", "plan_geojson", "--skip-bad")
+    assert code == 0
+    assert err.startswith("left out: plan houses.house-1")
+    assert files_in(tmp_path / "out") == ["houses.house-0.geojson", "houses.house-2.geojson"]
+
+
+def test_nothing_is_overwritten_and_nothing_is_half_written(tmp_path, capsys):
+    source = write_npz(tmp_path / "7-1_3.npz")
+    (tmp_path / "floor.pgm").write_text("mine")  # the picture that would lie beside floor.yaml
+    code, _, err = run(capsys, "convert", source, tmp_path / "floor.yaml")
+    assert code == 1
+    assert "floor.pgm: exists" in err
+    assert files_in(tmp_path) == ["7-1_3.npz", "floor.pgm"]
+    assert (tmp_path / "floor.pgm").read_text() == "mine"
+    assert run(capsys, "convert", source, tmp_path / "floor.yaml", "--force")[0] == 0
+    assert files_in(tmp_path) == ["7-1_3.npz", "floor.pgm", "floor.yaml"]
+    assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
+
+
+# --- sheet
+
+
+def test_a_sheet_does_not_depend_on_the_number_of_workers(tmp_path, capsys):
+    folder = tmp_path / "floors"
+    for number in range(4):
+        write_npz(folder / f"7-{number}_1.npz")
+    (folder / "7-9_1.npz").write_bytes(b"PK\x03\x04 and nothing more")
+    for workers in (1, 2):
+        code, out, err = run(capsys, "sheet", folder, tmp_path / f"{workers}.png", "--workers", workers, "--quiet")
+        assert code == 0
+        assert out == f"{tmp_path / f'{workers}.png'}: 4 plans, 1 plan left out\n"
+        assert err.startswith("left out: ")
+    assert (tmp_path / "1.png").read_bytes() == (tmp_path / "2.png").read_bytes()
+
+
+def test_a_limited_sheet_has_the_first_plans_however_they_lie_in_files(tmp_path, capsys):
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    write_houses(folder / "a.jsonl", SQUARE, [[0, 0], [0.1, 0], [0, 0.1]], SQUARE)
+    write_houses(folder / "b.jsonl", SQUARE, SQUARE, names=("b0", "b1"))
+    code, out, _ = run(capsys, "sheet", folder, tmp_path / "3.png", "--limit", "3", "--workers", "1", "--quiet")
+    assert (code, out) == (0, f"{tmp_path / '3.png'}: 3 plans, 1 plan left out\n")
+
+
+def test_a_sheet_for_each_data_set_with_its_own_scale(tmp_path, capsys):
+    write_npz(tmp_path / "data" / "campus" / "7-1_1.npz")
+    write_home(tmp_path / "data" / "homes" / "home.svg")
+    (tmp_path / "data" / "notes").mkdir()
+    (tmp_path / "data" / "notes" / "note.txt").write_text("a note")
+    (tmp_path / "scales.yaml").write_text("homes: {metres_per_unit: 0.01}\n")
+    code, out, err = run(
+        capsys, "sheet", tmp_path / "data", tmp_path / "sheets", "--data-sets", "--options",
+        tmp_path / "scales.yaml", "--workers", "1", "--quiet",
+    )  # fmt: skip
+    assert code == 0
+    assert files_in(tmp_path / "sheets") == ["campus.png", "homes.png"]
+    assert "notes" in err
+    assert out.count(": 1 plan\n") == 2
+
+
+# --- survey
+
+
+def test_a_survey_counts_with_the_options_of_each_data_set(tmp_path, capsys):
+    write_npz(tmp_path / "data" / "campus" / "7-1_1.npz")
+    write_home(tmp_path / "data" / "homes" / "home.svg")
+    (tmp_path / "scales.yaml").write_text("homes: {metres_per_unit: 0.01, levels: [1, 2], reader: svg}\n")
+    tables = []
+    for workers in (1, 2):
+        code, out, _ = run(
+            capsys, "survey", tmp_path / "data", "--options", tmp_path / "scales.yaml", "--workers", workers, "--quiet"
+        )
+        assert code == 0
+        tables.append([line.split()[:-1] for line in out.splitlines()])
+    assert tables[0] == tables[1]
+    assert tables[0][1][:3] == ["campus", "1", "1"]
+    assert tables[0][2][:2] == ["homes", "1"]
+    assert run(capsys, "survey", tmp_path / "data", "--workers", "1", "--quiet")[1].count("homes: ") == 1  # no scale
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("campus: {scale: 0.05}", "unknown key campus.scale"),
+        ("campus: {metre_per_unit: 0.05}", "Did you mean metres_per_unit?"),
+        ("campus: {metres_per_unit: -1}", "campus.metres_per_unit: expected a number above 0"),
+        ("campus: {invert: 1}", "campus.invert: expected true or false, got 1"),
+        ("campus: {reader: png}", "campus.reader = png: no such reader"),
+        ("campuss: {invert: true}", "no data set is named campuss; there are campus"),
+        ("[1, 2]", "expected a mapping of folder names to options"),
+        ("!!python/object:os.system {}", "not a readable YAML file"),
+    ],
+)
+def test_wrong_options_of_data_sets_are_named(text, expected, tmp_path, capsys):
+    write_npz(tmp_path / "data" / "campus" / "dev" / "7-1_1.npz")
+    (tmp_path / "options.yaml").write_text(text)
+    code, out, err = run(capsys, "survey", tmp_path / "data", "--options", tmp_path / "options.yaml", "--quiet")
+    assert (code, out) == (1, "")
+    assert expected in err
+    assert err.count("\n") == 1
+
+
+# --- formats
+
+
+def test_all_formats_are_listed_with_a_description(capsys):
+    code, out, _ = run(capsys, "formats")
+    assert code == 0
+    named = {line.split()[0]: line for line in out.splitlines() if line and not line[0].isspace()}
+    assert {*READERS} | {*WRITERS} <= {*named}
+    assert "hinterland[ifc]" in named["ifc"]
+    assert "needed" in named["svg"]
+    assert all(len(plan_formats.describe(reader)) > 15 for reader in READERS.values())
+
+
+def test_the_scale_column_knows_which_readers_use_the_option():
+    using = {
+        name
+        for name, reader in READERS.items()
+        if "options.metres_per_unit" in (text := inspect.getsource(sys.modules[type(reader).__module__]))
+        or "scale_of(" in text
+    }
+    assert using == {*plan_formats.SCALE}
+
+
+# --- the command itself
+
+
+def test_the_installed_command_runs_and_starts_without_the_heavy_packages(tmp_path):
+    floor = write_npz(tmp_path / "7-1_3.npz")
+    command = [str(Path(sys.executable).with_name("hinterland")), "plan"]
+    done = subprocess.run([*command, "info", str(floor)], capture_output=True, text=True, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "size        6.50 x 4.00 m" in done.stdout
+    failed = subprocess.run([*command, "info", "nothing.npz"], capture_output=True, text=True, cwd=tmp_path)
+    assert (failed.returncode, failed.stdout) == (1, "")
+    assert failed.stderr == "error: nothing.npz: no such folder or file. Give the folder that holds the plans.\n"
+    code = (
+        "import sys; from pipeline.stages.plan_command import main; "
+        f"main(['info', {str(floor)!r}]); "
+        "print(*sorted({'torch', 'mlflow', 'dvc', 'lightning', 'pandas', 'matplotlib'} & {*sys.modules}), 'end')"
+    )
+    heavy = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert heavy.stdout.splitlines()[-1].strip() == "end"
+
+
+def test_help_names_every_command(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["--help"])
+    assert stop.value.code == 0
+    out = capsys.readouterr().out
+    assert all(f"    {name} " in out for name in ("info", "convert", "sheet", "survey", "formats"))
+
+
+def test_the_page_shows_commands_that_exist_and_pictures_that_are_there():
+    page = Path(__file__).parents[2] / "docs" / "bring-your-own-floor-plan.md"
+    text = page.read_text(encoding="utf-8")
+    commands = [
+        shlex.split(line, comments=True)[2:] for line in re.findall(r"^hinterland plan .*$", text, re.MULTILINE)
+    ]
+    bodies = {build_parser().parse_args(command).body[1] for command in commands}
+    assert bodies == {"info", "convert", "sheet"}
+    pictures = [page.parent / name for name in re.findall(r"\]\((images/[^)]+)\)", text)]
+    assert len(pictures) == 6
+    assert all(0 < picture.stat().st_size < 150_000 for picture in pictures)
+    assert all(f"`{name}`" in text for name in READERS if name in plan_formats.SCALE and name != "luperto")
