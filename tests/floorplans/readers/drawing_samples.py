@@ -3,7 +3,6 @@
 A hall along the south, a study north of its west end, and one door of 0.9 m between them: an L.
 """
 
-import os
 from pathlib import Path
 
 import pytest
@@ -21,7 +20,6 @@ STUDY = ((0.0, 4.0), (4.0, 4.0), (4.0, 9.0), (0.0, 9.0))
 INSIDE = ((8.0, 2.0), (2.0, 2.0), (2.0, 7.0), (1.45, 4.0))
 SOLID = ((0.5, 4.0), (2.5, 4.0), (3.5, 4.0))  # the partition beside its door
 OUTSIDE = ((8.0, 7.0), (8.0, -2.0), (-2.0, 7.0))
-DATA = Path(os.environ.get("HINTERLAND_DATA", Path(__file__).parents[3].parent / "shared" / "data"))
 
 
 def read_all(reader: Reader, path: Path, **options) -> list[FloorPlan | PlanError]:

@@ -202,6 +202,42 @@ def test_spaces_that_fill_only_a_part_do_not_bound_the_floor(tmp_path):
     assert plan.remarks == ("spaces fill only a part of the storey: its floor is what the walls enclose",)
 
 
+def test_storeys_placed_at_one_height_are_told_apart_by_their_elevation(tmp_path):
+    model = Model(UNITS["mm"])
+    for name, z in (("Ground", 0.0), ("Upper", 3.0)):
+        model.storey(name).floor.Elevation = 1000 * z
+        model.z = z
+        model.walls()
+    assert [plan.plan_id for plan in read_all(Ifc(), model.save(tmp_path))] == ["home.Ground", "home.Upper"]
+
+
+def test_a_house_above_the_sea_is_cut_where_it_stands_and_not_at_its_elevation(tmp_path):
+    model = Model().storey("Ground", 112.0).house()
+    model.floor.Elevation = 0.0
+    check_house(read_one(Ifc(), model.save(tmp_path)))
+
+
+def test_a_door_without_a_body_is_open_and_a_recess_closed(tmp_path):
+    model = Model().storey("Ground").walls().opening(filling="IfcDoor").storey("Upper", 3.0).walls().opening()
+    (bare,) = model.file.by_type("IfcDoor")
+    bare.Representation = None
+    model.file.by_type("IfcOpeningElement")[-1].PredefinedType = "RECESS"
+    ground, upper = read_all(Ifc(), model.save(tmp_path))
+    assert contains(ground, [*INSIDE, *SOLID]) == [True] * len(INSIDE) + [False] * len(SOLID)
+    check_house(upper, width=None)
+
+
+def test_porches_stay_outside_where_spaces_fill_the_storey(tmp_path):
+    """A porch before the hall, between two low walls of its own; a front door leads into it."""
+    model = Model().storey("Ground").house()
+    for start, end in pairwise(((10.0, 0.0), (14.0, 0.0), (14.0, 4.0), (10.0, 4.0))):
+        model.wall(start, end)
+    model.opening(((10.0, 1.0), (10.0, 2.0)), filling="IfcDoor", wall=model.wall((10.0, 0.0), (10.0, 4.0)))
+    plan = read_one(Ifc(), model.save(tmp_path))
+    assert contains(plan, [*INSIDE, (12.0, 2.0), (10.0, 1.5)]) == [True] * len(INSIDE) + [False, False]
+    assert len(plan.doors) == 2
+
+
 # What is refused
 def test_without_ifcopenshell_the_extra_to_install_is_named(tmp_path, monkeypatch):
     path = tmp_path / "home.ifc"
@@ -286,3 +322,14 @@ def test_a_real_house_is_read_at_its_size():
         halves = shapely.area(shapely.get_parts(plan.free))  # two flats, each with all of its rooms
         assert halves == pytest.approx([plan.free.area / 2] * 2, rel=0.01)
         assert 110 < plan.free.area < 135
+
+
+@pytest.mark.slow
+def test_a_real_terrace_of_five_houses_stays_five_houses():
+    """The porches between the houses are no way from one to the next."""
+    with plan_files("bim_samples") as entries:
+        (terrace,) = (entry for entry in entries if "Smiley" in entry.file.path.name)
+        plans = read_all(Ifc(), terrace.file.path)
+    assert [plan.floor.rpartition("2007.")[2] for plan in plans] == ["KG", "EG", "1.OG", "2.OG"]
+    assert [len(shapely.get_parts(plan.free)) for plan in plans] == [5, 5, 5, 5]
+    assert sum(len(plan.doors) for plan in plans) == 85
