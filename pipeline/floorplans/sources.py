@@ -140,7 +140,7 @@ class _Unpacker:
         except _DAMAGED as problem:
             # The whole text of an error of the system names a file that nobody knows.
             why = getattr(problem, "strerror", None) or problem or type(problem).__name__
-            text = f"{path}: not a readable archive ({why}). Get the file again."
+            text = f"{path}: not a readable archive ({str(why)[:200]}). Get the file again."
             return [SourceFile(path=path, name=name, original=path, problem=PlanError(text))]
 
     def _zip(self, path: Path, name: str, folder: Path) -> Iterator[SourceFile]:

@@ -103,5 +103,9 @@ def test_a_refusal_is_one_line_and_leaves_nothing(
 def test_help_names_the_groups_and_the_stages() -> None:
     done = run_stage("plans", "--help")
     assert done.returncode == 0
-    for part in ("experiment: demo, guided_maze, mit_floors, tiny", "--config FILE", "max_range_m: 5.0"):
+    for part in (
+        "experiment: campus, demo, floors, forest, guided_maze, mit_floors, office, tiny",
+        "--config FILE",
+        "max_range_m: 5.0",
+    ):
         assert part in done.stdout

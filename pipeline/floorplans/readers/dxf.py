@@ -89,12 +89,16 @@ class Dxf:
 
     def read(self, path: Path, options: ReadOptions) -> Iterator[FloorPlan | GridPlan | PlanError]:
         """Yield the plan in model space; see `Reader.read`. Uses scale, thickness of walls and layers."""
+        from ezdxf.lldxf.const import DXFError
+
         document = _load(path)
         found = _Found()
         try:
             _collect(found, document.modelspace(), options, layer=None, depth=0)
         except PlanError as problem:
             raise PlanError(f"{path}: {problem}") from problem
+        except DXFError as problem:  # an entity that has not what every entity has
+            raise PlanError(f"{path}: damaged DXF ({short_text(str(problem))}). Export it again.") from problem
         if not found.walls:
             names = ", ".join(short_text(name) for name in sorted(found.layers)[:20]) or "none"
             raise PlanError(
@@ -142,18 +146,26 @@ def _collect(
         found.entities += 1
         if found.entities > _MOST_ENTITIES:
             raise PlanError(f"more than {_MOST_ENTITIES:,} entities with those of blocks. Simplify the drawing.")
-        own = str(entity.dxf.get("layer", "0"))
+        own = _name_in(entity, "layer", "0")
         name = layer if own == "0" and layer is not None else own
         found.layers.add(name)
         kind = entity.dxftype()
         if kind == "INSERT":
-            is_door = door or _is_door_name(str(entity.dxf.get("name", "")), options)
+            is_door = door or _is_door_name(_name_in(entity, "name", ""), options)
             if depth < _DEEPEST_BLOCK:
                 _collect(found, _parts(entity), options, layer=name, depth=depth + 1, door=is_door)
         elif door or _is_door_name(name, options):
             _add(found, entity, kind, found.doors)
         elif _is_wall_layer(name, options):
             _add(found, entity, kind, found.walls)
+
+
+def _name_in(entity: Any, key: str, default: str) -> str:
+    """Return the name of a layer or block; entities of kinds that ezdxf does not know have none."""
+    try:
+        return str(entity.dxf.get(key, default))
+    except Exception:  # see _load
+        return default
 
 
 def _parts(insert: Any) -> Iterator[Any]:

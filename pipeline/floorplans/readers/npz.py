@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Sequence
 from math import prod
 from pathlib import Path
+from tokenize import TokenError
 from typing import IO
 
 import numpy as np
@@ -19,7 +20,7 @@ MOST_BYTES = 400_000_000  # 14,000 x 14,000 cells in two layers
 # What zipfile and numpy raise on bad files, beside ValueError.
 _DAMAGED = (
     *(OSError, EOFError, LookupError, TypeError, AttributeError, MemoryError, ArithmeticError, SyntaxError),
-    *(RuntimeError, zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error),
+    *(RuntimeError, zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, TokenError),
 )
 
 

@@ -8,6 +8,7 @@ The floor is rooms and inner doors without the walls. Rooms of a home are drawn 
 doors as patches in them. A front door and windows lead outside, and stay closed. y is taken as pointing up.
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import sqrt
@@ -30,6 +31,8 @@ _NOT_ROOMS = ("door", "window", "front_door", "wall", "inner", "land", "garden",
 _NOT_NET = ("balcony",)
 _MOST_LETTERS = 2_000_000  # of the WKT of one shape
 _MOST_SHAPES = 20_000
+# Collections and curves: GEOS crashes on deep ones.
+_NESTED = re.compile(r"\s*(?:GEOMETRYCOLLECTION|\w*CURVE|\w*SURFACE|CIRCULARSTRING)", re.IGNORECASE)
 _NARROW_M, _WIDE_M = 0.4, 2.5  # of the doors of homes, in the median
 
 
@@ -116,6 +119,8 @@ def _polygons(name: str, texts: object) -> list[Polygon | MultiPolygon]:
     for text in texts:
         if not isinstance(text, str) or len(text) > _MOST_LETTERS:
             raise PlanError(f"{name} holds {short_text(text)}, expected WKT polygons.")
+        if _NESTED.match(text):
+            raise PlanError(f"{name}: {short_text(text[:40])!r} is no polygon. Repair the record.")
         try:
             with np.errstate(all="ignore"):  # numbers beyond a float are refused below
                 shape = shapely.from_wkt(text)

@@ -29,10 +29,12 @@ from pipeline.floorplans.readers.reader import ReadOptions
 
 _QUARTER = pi / 2
 _YAW_TOLERANCE_DEG = 1.0
+_LARGEST_YAW = 1e3  # beyond, a float does not tell quarter turns apart for long
 _MODES = ("trinary", "scale", "raw")
 # The thresholds of a file that states none: grey 205 (p = 0.19608) is unknown; with 0.25, as some tools write, free.
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 _MOST_BYTES = 50_000  # of the YAML, which has some 200
+_MOST_BRACKETS = 200  # yaml takes seconds for thousands
 # What yaml raises on bad text: its own errors, and those of Python on impossible dates, numbers and depths.
 _NOT_YAML = (
     *(yaml.YAMLError, OSError, ValueError, LookupError, TypeError),
@@ -143,7 +145,7 @@ def turn(cells: Cells, header: MapHeader, path: Path) -> tuple[Cells, Location]:
     """
     x, y, yaw = header.origin
     quarters = round(yaw / _QUARTER)
-    if abs(degrees(yaw - quarters * _QUARTER)) > _YAW_TOLERANCE_DEG:
+    if abs(degrees(yaw - quarters * _QUARTER)) > _YAW_TOLERANCE_DEG or abs(yaw) > _LARGEST_YAW:
         raise PlanError(
             f"{path}: origin has a yaw of {degrees(yaw):.3g} degrees; only multiples of 90 (within "
             f"{_YAW_TOLERANCE_DEG:g}) can be read without resampling. Turn the picture and set the yaw to 0."
@@ -197,6 +199,8 @@ class _PlainLoader(yaml.SafeLoader):
 
 def _plain_yaml(text: str) -> object:
     """Return what ``text`` holds; raises one of `_NOT_YAML`."""
+    if text.count("[") + text.count("{") > _MOST_BRACKETS:
+        raise yaml.YAMLError("it has far more brackets than the header of a map")
     loader = _PlainLoader(text)
     try:
         return loader.get_single_data()

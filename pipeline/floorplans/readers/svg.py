@@ -42,6 +42,7 @@ _SHAPES = ("polygon", "polyline", "rect", "line", "path", "circle", "ellipse")
 _NOT_DRAWN = ("defs", "symbol", "clippath", "mask", "pattern", "marker", "text", "style", "metadata", "title", "desc")
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _HIDDEN = re.compile(r"display\s*:\s*none")
+_UNLIKELY = re.compile(r"[\d.]{60}")
 _FILL = re.compile(r"(?:^|;)\s*fill\s*:\s*([^;]+)")
 _PROLOGUE = re.compile(r"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*(?:\[.*?\]\s*)?>", re.DOTALL)
 _PARTS = frozenset(("Threshold", "Panel", "PanelArea", "Glass"))  # of a door or window, never one themselves
@@ -171,6 +172,7 @@ def _enter(found: _Found, outer: _Place, child: Element, options: ReadOptions) -
     matrix = outer.matrix
     if child.get("transform"):
         try:
+            _check_numbers(child.get("transform", ""))
             matrix = Matrix(child.get("transform")) * outer.matrix
         except Exception:  # whatever a foreign parser raises on damaged text, one shape must not end the file
             found.damaged += 1
@@ -181,6 +183,16 @@ def _enter(found: _Found, outer: _Place, child: Element, options: ReadOptions) -
     paint = fill[1].strip() if fill else "none" if found.unfilled.intersection(names[0]) else child.get("fill", "")
     filled = paint != "none" if paint else outer.filled
     return _Place(child, matrix, kind, label, level, filled, outer.depth + 1)
+
+
+def _check_numbers(text: str) -> None:
+    """Refuse what takes svgelements minutes: it tries every way to part a long row of digits in two.
+
+    Raises:
+        ValueError: no drawing has such numbers.
+    """
+    if _UNLIKELY.search(text):
+        raise ValueError(f"a number of more digits than any drawing has: {short_text(text)}")
 
 
 def _kind(names: list[list[str]], options: ReadOptions) -> tuple[str, str]:
@@ -224,6 +236,7 @@ def _shape(place: _Place, tag: str) -> BaseGeometry | None:
     import svgelements
 
     attributes = {key: value for key, value in place.element.attrib.items() if key not in ("transform", "id", "style")}
+    _check_numbers(" ".join(attributes.values()))
     maker = {
         "polygon": svgelements.Polygon,
         "polyline": svgelements.Polyline,
