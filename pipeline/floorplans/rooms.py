@@ -230,10 +230,14 @@ def _separate(
     rank = {number: (number in open_rooms, outlines[number].area, number) for number in range(len(outlines))}
     before: dict[int, list[int]] = {}
     seams = []
+    joined = [*range(len(outlines))]  # from each room a way to the one that stands for its space
     for a, b in zip(first.tolist(), second.tolist(), strict=True):
         is_seam = a in open_rooms and b in open_rooms and a != b and frozenset((a, b)) not in divided
+        if is_seam and _root(joined, a) == _root(joined, b):
+            continue  # one space already: not measured, for hundreds of outlines in one place have many pairs
         if is_seam and _shared_length(outlines[a], outlines[b]) >= _LEAST_SHARED_M:
             seams.append((a, b))
+            joined[_root(joined, a)] = _root(joined, b)
         elif rank[b] < rank[a]:
             before.setdefault(a, []).append(b)
     owned = [
@@ -243,6 +247,12 @@ def _separate(
         for number, outline in enumerate(outlines)
     ]
     return _spaces(owned, seams, wall_m)
+
+
+def _root(joined: list[int], room: int) -> int:
+    while joined[room] != room:
+        joined[room] = room = joined[joined[room]]
+    return room
 
 
 def _shared_length(one: Floor, other: Floor) -> float:

@@ -4,8 +4,9 @@ import argparse
 import sys
 import time
 
+from tests.fuzz.bombs import bombs_of
 from tests.fuzz.campaign import HEADER, Tally, run_campaign
-from tests.fuzz.mutations import bombs_of, mutated
+from tests.fuzz.mutations import mutated
 from tests.fuzz.seeds import known_formats
 from tests.fuzz.worker import MOST_BYTES, MOST_SECONDS, Worker
 

@@ -4,8 +4,9 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from tests.fuzz.mutations import bombs_of, mutated
-from tests.fuzz.seeds import Sample
+from tests.fuzz.bombs import bombs_of
+from tests.fuzz.mutations import mutated
+from tests.fuzz.sample import Sample
 from tests.fuzz.worker import Verdict, Worker
 
 

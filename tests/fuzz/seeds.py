@@ -1,35 +1,28 @@
 """Tiny valid files of every format, made here: what the mutations start from."""
 
 import gzip
-import io
-import itertools
 import json
-import zipfile
 from collections.abc import Iterator
-from pathlib import PurePosixPath
-from typing import NamedTuple
+from itertools import pairwise
 
 import numpy as np
-from PIL import Image
 
-from pipeline.floorplans.readers import ReadOptions
-
-ARCHIVE, MANIFEST = "archive", "manifest"  # fuzzed as the readers are
-METRES = ReadOptions(metres_per_unit=1.0)
-CENTIMETRES = ReadOptions(metres_per_unit=0.01)
-TENTHS = ReadOptions(metres_per_unit=0.1)
-
-
-class Sample(NamedTuple):
-    """Files by name, which of them is read, and what is said about it."""
-
-    files: dict[str, bytes]
-    main: str
-    options: ReadOptions = ReadOptions()
-
-    @property
-    def ending(self) -> str:
-        return PurePosixPath(self.main).suffix
+from tests.fuzz.sample import (
+    ARCHIVE,
+    CENTIMETRES,
+    MANIFEST,
+    METRES,
+    TENTHS,
+    Sample,
+    box,
+    collection,
+    feature,
+    npz_bytes,
+    picture_bytes,
+    wkt,
+    zip_bytes,
+)
+from tests.fuzz.seeds_drawings import dxf_samples, ifc_samples, luperto_samples, svg_samples
 
 
 def samples_of(reader: str) -> list[Sample]:
@@ -38,23 +31,6 @@ def samples_of(reader: str) -> list[Sample]:
 
 def known_formats() -> set[str]:
     return set(_MAKERS)
-
-
-def picture_bytes(grey: np.ndarray, kind: str = "PNG", **changes: object) -> bytes:
-    stream = io.BytesIO()
-    Image.fromarray(grey).save(stream, format=kind, **changes)
-    return stream.getvalue()
-
-
-def npz_bytes(layers: dict[str, np.ndarray], *, packed: bool = True) -> bytes:
-    stream = io.BytesIO()
-    (np.savez_compressed if packed else np.savez)(stream, **layers)
-    return stream.getvalue()
-
-
-def box(x: float, y: float, wide: float, high: float) -> list[list[float]]:
-    """Corners of a closed ring."""
-    return [[x, y], [x + wide, y], [x + wide, y + high], [x, y + high], [x, y]]
 
 
 def _grid() -> np.ndarray:
@@ -117,9 +93,7 @@ def _pictures() -> Iterator[Sample]:
 def _amrl() -> Iterator[Sample]:
     rings = [box(0, 0, 8, 5), [[4, 0], [4, 2]], [[4, 3], [4, 5]]]
     segments = [
-        {"p0": {"x": a[0], "y": a[1]}, "p1": {"x": b[0], "y": b[1]}}
-        for ring in rings
-        for a, b in itertools.pairwise(ring)
+        {"p0": {"x": a[0], "y": a[1]}, "p1": {"x": b[0], "y": b[1]}} for ring in rings for a, b in pairwise(ring)
     ]
     yield Sample({"GHC6.vectormap.json": json.dumps(segments).encode()}, "GHC6.vectormap.json")
 
@@ -138,10 +112,6 @@ def _mlstruct() -> Iterator[Sample]:
 
 def _xy(corners: list[list[float]]) -> dict[str, list[float]]:
     return {"x": [x for x, _ in corners], "y": [y for _, y in corners]}
-
-
-def wkt(corners: list[list[float]]) -> str:
-    return f"POLYGON (({', '.join(f'{x} {y}' for x, y in corners)}))"
 
 
 def _resplan() -> Iterator[Sample]:
@@ -171,25 +141,6 @@ def _valetudo() -> Iterator[Sample]:
     ]
     content = {"__class": "ValetudoMap", "metaData": {"version": 2}, "pixelSize": 5, "layers": layers, "entities": []}
     yield Sample({"robot.json": json.dumps(content).encode()}, "robot.json")
-
-
-def degrees(corners: list[list[float]]) -> list[list[float]]:
-    """Metres to degrees near (8, 48)."""
-    return [[8 + x * 1.34e-5, 48 + y * 9e-6] for x, y in corners]
-
-
-def feature(kind: str, corners: list[list[float]], **properties: object) -> dict[str, object]:
-    listed = degrees(corners)
-    coordinates = {"Polygon": [listed], "LineString": listed, "Point": listed[0]}[kind]
-    return {
-        "type": "Feature",
-        "properties": properties,
-        "geometry": {"type": kind, "coordinates": coordinates},
-    }
-
-
-def collection(features: list[dict[str, object]], **members: object) -> bytes:
-    return json.dumps({"type": "FeatureCollection", **members, "features": features}).encode()
 
 
 def _malls() -> Iterator[Sample]:
@@ -239,129 +190,6 @@ def _houseexpo() -> Iterator[Sample]:
     yield Sample({"c0ffee.json": text}, "c0ffee.json")
     yield Sample({"houses.jsonl": b"\n".join([text, text.replace(b"c0ffee", b"beef"), b"", text])}, "houses.jsonl")
     yield Sample({"houses.json": b"[%s, %s]" % (text, text)}, "houses.json")
-
-
-def _luperto() -> Iterator[Sample]:
-    def space(number: int, corners: list[list[float]], other: int) -> str:
-        points = "".join(f'<point x="{x}" y="{y}"/>' for x, y in corners)
-        return (
-            f'<space id="s{number}"><labels><label>CLASSROOM</label></labels>'
-            f"<bounding_polygon>{points}</bounding_polygon><space_representation>"
-            f'<linesegment id="l{number}"><point x="60" y="20"/><point x="60" y="30"/></linesegment>'
-            f"</space_representation><portals><portal><linesegment>l{number}</linesegment>"
-            f"<target><id>s{number}</id><id>s{other}</id></target><type>EXPLICIT</type><features>DOUBLE</features>"
-            "</portal></portals></space>"
-        )
-
-    text = (
-        '<?xml version="1.0" encoding="UTF-8"?>\n<building id="b"><name>x</name><scale>'
-        "<represented_distance><value>10</value><um>pixel</um></represented_distance>"
-        "<real_distance><value>90</value><um>cm</um></real_distance></scale>"
-        "<building_type><main_type>SCHOOL</main_type></building_type><floor><spaces>"
-        f"{space(1, box(0, 0, 60, 50), 2)}{space(2, box(60, 0, 60, 50), 1)}</spaces></floor></building>"
-    )
-    yield Sample({"north_P1.xml": text.encode()}, "north_P1.xml")
-
-
-def _svg() -> Iterator[Sample]:
-    text = (
-        '<?xml version="1.0" encoding="UTF-8"?>\n<svg xmlns="http://www.w3.org/2000/svg" width="900" height="600">'
-        '<g class="Floor"><g class="Floorplan Floor-1" style="display:none">'
-        '<g class="Wall" transform="translate(0 0) scale(1,1)"><polygon points="0,0 800,0 800,20 0,20"/></g>'
-        '<g class="Wall"><rect x="0" y="480" width="800" height="20"/></g>'
-        '<path class="Wall" d="M0 0 h20 v500 h-20 z"/><line class="wall" x1="790" y1="0" x2="790" y2="500"/>'
-        '<g id="Wall-3"><polygon points="400,0 420,0 420,500 400,500"/>'
-        '<g class="Door Swing"><polygon points="400,200 420,200 420,290 400,290"/>'
-        '<path d="M400 200 q 40 10 50 90 a 90 90 0 0 1 -20 -3 c 1 2 3 4 5 6"/></g></g>'
-        '<g class="Space Kitchen"><polygon points="20,20 400,20 400,480 20,480" style="fill:none"/></g>'
-        '<circle class="Wall" cx="200" cy="250" r="15"/><use href="#a"/></g></g></svg>'
-    )
-    yield Sample({"flat.svg": text.encode()}, "flat.svg", CENTIMETRES)
-    start, _, rest = text.partition("</g></g></svg>")
-    walls_only = start[: start.index('<g class="Space')] + "</g></g></svg>" + rest
-    yield Sample({"flat.svg": walls_only.encode()}, "flat.svg", CENTIMETRES)
-
-
-def _dxf() -> Iterator[Sample]:
-    import ezdxf
-
-    document = ezdxf.new("R2010", units=6)
-    space = document.modelspace()
-    for name in ("A-WALL", "A-DOOR"):
-        document.layers.add(name)
-    walls = {"layer": "A-WALL"}
-    space.add_lwpolyline([(0, 0), (8, 0), (8, 5), (0, 5)], close=True, dxfattribs=walls)
-    space.add_line((4, 0), (4, 2), dxfattribs=walls)
-    space.add_line((4, 3), (4, 5), dxfattribs=walls)
-    space.add_circle((2, 2), 0.3, dxfattribs=walls)
-    space.add_spline([(5, 1, 0), (6, 2, 0), (7, 1, 0)], dxfattribs=walls)
-    space.add_arc((4, 2), 1.0, 0, 90, dxfattribs={"layer": "A-DOOR"})
-    block = document.blocks.new("DOOR-90")
-    block.add_arc((0, 0), 0.9, 0, 90)
-    block.add_line((0, 0), (0, 0.9))
-    space.add_blockref("DOOR-90", (1, 0), dxfattribs={"layer": "A-DOOR", "rotation": 30})
-    stream = io.StringIO()
-    document.write(stream)
-    yield Sample({"plan.dxf": stream.getvalue().encode()}, "plan.dxf")
-    packed = io.BytesIO()
-    document.write(packed, fmt="bin")
-    yield Sample({"plan.dxf": packed.getvalue()}, "plan.dxf")
-    old = ezdxf.new("R12")
-    old.modelspace().add_polyline2d([(0, 0), (8, 0, 0), (8, 5), (0, 5)], close=True, dxfattribs=walls)
-    stream = io.StringIO()
-    old.write(stream)
-    yield Sample({"old.dxf": stream.getvalue().encode()}, "old.dxf", METRES)
-
-
-_IFC_HEAD = """ISO-10303-21;
-HEADER;
-FILE_DESCRIPTION(('ViewDefinition [CoordinationView]'),'2;1');
-FILE_NAME('a.ifc','2020-01-01T00:00:00',(''),(''),'','','');
-FILE_SCHEMA(('IFC4'));
-ENDSEC;
-DATA;
-#1=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);
-#2=IFCUNITASSIGNMENT((#1));
-#3=IFCCARTESIANPOINT((0.,0.,0.));
-#4=IFCDIRECTION((0.,0.,1.));
-#5=IFCDIRECTION((1.,0.,0.));
-#6=IFCAXIS2PLACEMENT3D(#3,#4,#5);
-#7=IFCGEOMETRICREPRESENTATIONCONTEXT($,'Model',3,1.E-05,#6,$);
-#8=IFCPROJECT('0000000000000000000001',$,'p',$,$,$,$,(#7),#2);
-#9=IFCLOCALPLACEMENT($,#6);
-#10=IFCBUILDINGSTOREY('0000000000000000000002',$,'Ground',$,$,#9,$,$,.ELEMENT.,0.);
-#11=IFCBUILDING('0000000000000000000003',$,'b',$,$,#9,$,$,.ELEMENT.,$,$,$);
-#12=IFCRELAGGREGATES('0000000000000000000004',$,$,$,#8,(#11));
-#13=IFCRELAGGREGATES('0000000000000000000005',$,$,$,#11,(#10));
-"""
-
-
-def _ifc() -> Iterator[Sample]:
-    lines = [_IFC_HEAD]
-    bodies = [
-        ("IFCWALL", 4, 0.1, 8, 0.2, 3),
-        ("IFCWALL", 4, 4.9, 8, 0.2, 3),
-        ("IFCWALL", 0.1, 2.5, 0.2, 5, 3),
-        ("IFCWALL", 7.9, 2.5, 0.2, 5, 3),
-        ("IFCWALL", 4, 2.5, 0.2, 5, 3),
-        ("IFCDOOR", 4, 2.5, 0.2, 1, 2.1),
-        ("IFCSPACE", 2, 2.5, 3.8, 4.6, 2.5),
-    ]
-    for k, (kind, x, y, wide, deep, high) in enumerate(bodies):
-        n = 100 + 10 * k
-        tail = {"IFCWALL": ",$", "IFCDOOR": ",2.1,1.,$,$,$", "IFCSPACE": ",'Office',.ELEMENT.,$,$"}[kind]
-        tag = "$" + tail if kind != "IFCSPACE" else tail[1:]
-        lines.append(
-            f"#{n}=IFCCARTESIANPOINT(({x:.3f},{y:.3f}));\n#{n + 1}=IFCDIRECTION((1.,0.));\n"
-            f"#{n + 2}=IFCAXIS2PLACEMENT2D(#{n},#{n + 1});\n"
-            f"#{n + 3}=IFCRECTANGLEPROFILEDEF(.AREA.,$,#{n + 2},{wide:.3f},{deep:.3f});\n"
-            f"#{n + 4}=IFCEXTRUDEDAREASOLID(#{n + 3},#6,#4,{high:.3f});\n"
-            f"#{n + 5}=IFCSHAPEREPRESENTATION(#7,'Body','SweptSolid',(#{n + 4}));\n"
-            f"#{n + 6}=IFCPRODUCTDEFINITIONSHAPE($,$,(#{n + 5}));\n"
-            f"#{n + 7}={kind}('00000000000000000000{n}',$,'n{k}',$,$,#9,#{n + 6},{tag});\n"
-        )
-    text = "".join(lines) + "ENDSEC;\nEND-ISO-10303-21;\n"
-    yield Sample({"house.ifc": text.encode()}, "house.ifc")
 
 
 def _moving_ai() -> Iterator[Sample]:
@@ -426,14 +254,6 @@ def _plan_geojson() -> Iterator[Sample]:
     yield Sample({"grid.geojson": collection([*cells, layer], hinterland=grid)}, "grid.geojson")
 
 
-def zip_bytes(members: dict[str, bytes]) -> bytes:
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in members.items():
-            archive.writestr(name, content)
-    return stream.getvalue()
-
-
 def _archives() -> Iterator[Sample]:
     """Archives of plans whose content says by itself what it is."""
     map_files = next(_ros()).files
@@ -443,7 +263,7 @@ def _archives() -> Iterator[Sample]:
     yield Sample({"all.zip": zip_bytes(floors | {"__MACOSX/._x": b"x", "readme.txt": b"hello"})}, "all.zip")
     yield Sample({"malls.zip": zip_bytes(mall)}, "malls.zip")
     yield Sample({"robot.json.gz": gzip.compress(next(_valetudo()).files["robot.json"], mtime=0)}, "robot.json.gz")
-    drawing = gzip.compress(next(_svg()).files["flat.svg"], mtime=0)
+    drawing = gzip.compress(next(svg_samples()).files["flat.svg"], mtime=0)
     yield Sample({"flat.svgz": drawing}, "flat.svgz", CENTIMETRES)
 
 
@@ -466,10 +286,10 @@ _MAKERS = {
     "wrld": _wrld,
     "indoor_geojson": _indoor,
     "houseexpo": _houseexpo,
-    "luperto": _luperto,
-    "svg": _svg,
-    "dxf": _dxf,
-    "ifc": _ifc,
+    "luperto": luperto_samples,
+    "svg": svg_samples,
+    "dxf": dxf_samples,
+    "ifc": ifc_samples,
     "moving_ai": _moving_ai,
     "imdf": _imdf,
     "plan_geojson": _plan_geojson,

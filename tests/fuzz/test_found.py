@@ -12,7 +12,8 @@ from pipeline.floorplans.checks import inspect
 from pipeline.floorplans.readers import READERS, classify, ifc_cuts, read_plan_file
 from pipeline.floorplans.sources import lone_file, open_source
 from tests.fuzz.bombs import bombs_of
-from tests.fuzz.seeds import Sample, npz_bytes, samples_of
+from tests.fuzz.sample import Sample, npz_bytes
+from tests.fuzz.seeds import samples_of
 from tests.fuzz.worker import examine
 
 

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from pipeline.floorplans.readers import READERS
 from tests.fuzz.campaign import FEWEST, Tally, run_campaign
 from tests.fuzz.mutations import mutated
-from tests.fuzz.seeds import ARCHIVE, MANIFEST, Sample, known_formats, samples_of
+from tests.fuzz.sample import ARCHIVE, MANIFEST, Sample
+from tests.fuzz.seeds import known_formats, samples_of
 from tests.fuzz.worker import Worker, examine
 
 INPUTS, SECONDS = 300, 0.7

@@ -16,7 +16,8 @@ from pipeline.floorplans.checks import inspect
 from pipeline.floorplans.plan import FloorPlan, GridPlan
 from pipeline.floorplans.readers import PLAN, ReadOptions, classify, dxf, ifc_cuts, read_plan_file, read_plans
 from pipeline.floorplans.sources import lone_file, open_source
-from tests.fuzz.seeds import ARCHIVE, MANIFEST, Sample, known_formats, samples_of
+from tests.fuzz.sample import ARCHIVE, MANIFEST, Sample
+from tests.fuzz.seeds import known_formats, samples_of
 
 MOST_SECONDS = 5.0  # of processor time, so that a busy machine does not count
 MOST_BYTES = 1_500_000_000  # of address space beyond what the imports took

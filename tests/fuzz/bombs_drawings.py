@@ -1,0 +1,262 @@
+"""Bombs for drawings and models: SVG, DXF, IFC."""
+
+import numpy as np
+
+from tests.fuzz.bombs_common import DEEP, Bombs, replace_main
+from tests.fuzz.sample import (
+    Sample,
+)
+
+
+def svg_bombs(sample: Sample) -> Bombs:
+    def body(inner: str) -> Sample:
+        return replace_main(sample, f'<svg xmlns="http://www.w3.org/2000/svg">{inner}</svg>'.encode())
+
+    rng = np.random.default_rng(0)
+    scribble = " ".join(f"{x},{y}" for x, y in rng.uniform(0, 5000, (3000, 2)).tolist())
+    yield "a scribble", body(f'<polygon class="Wall" points="{scribble}"/>')
+    yield "a scribbled line", body(f'<polyline class="Wall" fill="none" points="{scribble}"/>')
+    yield "a long path", body(f'<path class="Wall" d="M0 0{" l 1 1" * 50_000}"/>')
+    yield "a path of a million letters", body(f'<path class="Wall" d="{"M" * 1_000_000}"/>')
+    yield "a path of digits", body(f'<path class="Wall" d="M{"1" * 1_000_000}"/>')
+    yield "path in path", body(f'<path class="Wall" d="{"M0 0h9v9h-9z" * 5000}"/>')
+    yield "spread path in path", body(f'<path class="Wall" d="{"".join(f"M{k} 0h9v9h-9z" for k in range(3000))}"/>')
+    yield (
+        "1,000 walls",
+        body(
+            "".join(
+                f'<rect class="Wall" x="{k % 300 * 20}" y="{k // 300 * 20}" width="9" height="9"/>' for k in range(1000)
+            )
+        ),
+    )
+    yield "arcs", body('<path class="Wall" d="M0 0' + "a 1e300 1e-300 1e300 1 1 1e308 -1e308" * 100 + '"/>')
+    yield (
+        "many transforms",
+        body(f'<g transform="{"rotate(1)" * 50_000}"><rect class="Wall" width="900" height="900"/></g>'),
+    )
+    yield (
+        "unclosed transforms",
+        body(f'<g transform="{"(" * 100_000}"><rect class="Wall" width="900" height="900"/></g>'),
+    )
+    yield (
+        "blank transforms",
+        body(f'<g transform="rotate({" " * 100_000}x"><rect class="Wall" width="900" height="900"/></g>'),
+    )
+    yield "long style", body(f'<rect class="Wall" style="{"fill:" * 100_000}" width="900" height="900"/>')
+    yield "long classes", body(f'<rect class="{"wall " * 100_000}" width="900" height="900"/>')
+    yield "star class", body(f'<rect class="{"a-" * 50_000}" width="900" height="900"/>')
+    yield "long space", body(f'<g class="Space {"a" * 1_000_000}"><rect width="900" height="900"/></g>')
+    for number in ("1e308", "nan", "inf", "1" * 400, "5%", "1e", "", "5in", "-9"):
+        yield (
+            f"rect of {number[:9]}",
+            body(
+                f'<rect class="Wall" x="{number}" y="0" width="{number}" height="{number}" rx="{number}"/>'
+                f'<circle class="Wall" r="{number}"/>'
+            ),
+        )
+    deep = '<g class="Wall">' * 99 + '<rect width="900" height="900"/>' + "</g>" * 99
+    yield "99 groups", body(deep)
+
+
+def dxf_bombs(sample: Sample) -> Bombs:
+    text = sample.files[sample.main].decode()
+    newline = "\r\n" if "\r\n" in text else "\n"
+
+    def tags(*pairs: object) -> str:
+        return newline.join(str(part) for part in pairs) + newline
+
+    def model(entities: str, blocks: str = "") -> bytes:
+        head = tags(0, "SECTION", 2, "HEADER", 9, "$ACADVER", 1, "AC1009", 9, "$INSUNITS", 70, 6, 0, "ENDSEC")
+        inner = tags(0, "SECTION", 2, "BLOCKS") + blocks + tags(0, "ENDSEC")
+        return (head + inner + tags(0, "SECTION", 2, "ENTITIES") + entities + tags(0, "ENDSEC", 0, "EOF")).encode()
+
+    def block(name: str, *inserts: tuple[object, ...]) -> str:
+        content = "".join(tags(0, "INSERT", 8, "WALL", 2, to, 10, x, 20, 0.0, *more) for to, x, *more in inserts)
+        line = tags(0, "LINE", 8, "WALL", 10, 0.0, 20, 0.0, 11, 5.0, 21, 5.0)
+        return tags(0, "BLOCK", 8, 0, 2, name, 70, 0, 10, 0.0, 20, 0.0) + line + content + tags(0, "ENDBLK", 8, 0)
+
+    def insert(name: str, *more: object) -> str:
+        return tags(0, "INSERT", 8, "WALL", 2, name, 10, 0.0, 20, 0.0, *more)
+
+    yield "a block in itself", replace_main(sample, model(insert("A"), block("A", ("A", 1.0))))
+    yield (
+        "blocks in a circle",
+        replace_main(sample, model(insert("A"), block("A", ("B", 1.0)) + block("B", ("A", 1.0), ("A", 2.0)))),
+    )
+    tower = "".join(block(f"B{k}", *[(f"B{k + 1}", float(x)) for x in range(20)]) for k in range(8)) + block("B8")
+    yield "a tower of blocks", replace_main(sample, model(insert("B0"), tower))
+    yield (
+        "an array of inserts",
+        replace_main(sample, model(insert("A", 70, 30_000, 71, 30_000, 44, 1.0, 45, 1.0), block("A"))),
+    )
+    yield (
+        "an array of nothing",
+        replace_main(
+            sample,
+            model(
+                insert("A", 70, 30_000, 71, 30_000, 44, 1.0, 45, 1.0),
+                tags(0, "BLOCK", 8, 0, 2, "A", 70, 0, 10, 0.0, 20, 0.0, 0, "ENDBLK", 8, 0),
+            ),
+        ),
+    )
+    rng = np.random.default_rng(0)
+    lines = "".join(
+        tags(0, "LINE", 8, "WALL", 10, a, 20, b, 11, c, 21, d) for a, b, c, d in rng.uniform(0, 90, (1500, 4)).tolist()
+    )
+    yield "a scribble", replace_main(sample, model(lines))
+    doors = "".join(
+        tags(0, "ARC", 8, "DOOR", 10, x, 20, y, 40, 0.9, 50, 0, 51, 90)
+        for x, y in rng.uniform(0, 90, (3000, 2)).tolist()
+    )
+    yield "3,000 doors", replace_main(sample, model(doors + tags(0, "LINE", 8, "WALL", 10, 0, 20, 0, 11, 90, 21, 90)))
+    curves = "".join(
+        tags(
+            0,
+            "SPLINE",
+            8,
+            "WALL",
+            70,
+            8,
+            71,
+            3,
+            72,
+            8,
+            73,
+            4,
+            *[p for k in (0, 0, 0, 0, 1, 1, 1, 1) for p in (40, k)],
+            *[p for k in range(4) for p in (10, k * 1e300, 20, 1e308, 30, 0)],
+        )
+        for _ in range(20)
+    )
+    yield "splines to infinity", replace_main(sample, model(curves).replace(b"AC1009", b"AC1015"))
+    knots = tags(
+        0, "SPLINE", 8, "WALL", 70, 8, 71, 30_000, 72, 2_000_000_000, 73, 4, 40, 0, 40, 1, 10, 0, 20, 0, 10, 5, 20, 5
+    )
+    yield "a spline of degree 30,000", replace_main(sample, model(knots).replace(b"AC1009", b"AC1015"))
+    fit = tags(
+        0,
+        "SPLINE",
+        8,
+        "WALL",
+        70,
+        8,
+        71,
+        3,
+        74,
+        2000,
+        *[p for k in range(2000) for p in (11, k % 7, 21, k % 11, 31, 0)],
+    )
+    yield "a spline through 2,000 points", replace_main(sample, model(fit).replace(b"AC1009", b"AC1015"))
+    turn = tags(0, "ARC", 8, "WALL", 10, 0, 20, 0, 40, 1e300, 50, -1e300, 51, 1e300) + tags(
+        0, "CIRCLE", 8, "WALL", 10, 0, 20, 0, 40, 1e9
+    )
+    yield "huge arcs", replace_main(sample, model(turn))
+    ellipse = tags(0, "ELLIPSE", 8, "WALL", 10, 0, 20, 0, 11, 1e-300, 21, 0, 40, 1e300, 41, 0, 42, 1e9)
+    yield "a thin ellipse", replace_main(sample, model(ellipse).replace(b"AC1009", b"AC1015"))
+    yield (
+        "1,000 lines",
+        replace_main(
+            sample,
+            model(
+                "".join(
+                    tags(0, "LINE", 8, "WALL", 10, k % 40, 20, k // 40, 11, k % 40 + 0.5, 21, k // 40)
+                    for k in range(1000)
+                )
+            ),
+        ),
+    )
+    yield "long layer", replace_main(sample, model(tags(0, "LINE", 8, "x" * 100_000, 10, 0, 20, 0, 11, 9, 21, 9)))
+    yield (
+        "odd layers",
+        replace_main(
+            sample, model("".join(tags(0, "LINE", 8, f"\x1b\u202e{k}", 10, 0, 20, 0, 11, 9, 21, 9) for k in range(30)))
+        ),
+    )
+    yield "a comment without end", replace_main(sample, (tags(999, "x") * 100_000).encode())
+    yield "blank lines", replace_main(sample, b"\n" * 1_000_000)
+    yield "binary, cut", replace_main(sample, b"AutoCAD Binary DXF\r\n\x1a\x00" + b"\xff" * 1000)
+
+
+def ifc_bombs(sample: Sample) -> Bombs:
+    text = sample.files[sample.main].decode()
+
+    def edited(old: str, new: str) -> Sample:
+        assert old in text
+        return replace_main(sample, text.replace(old, new, 1).encode())
+
+    yield "placement in itself", edited("#9=IFCLOCALPLACEMENT($,#6)", "#9=IFCLOCALPLACEMENT(#9,#6)")
+    yield (
+        "placements in a circle",
+        edited("#9=IFCLOCALPLACEMENT($,#6);", "#9=IFCLOCALPLACEMENT(#99,#6);\n#99=IFCLOCALPLACEMENT(#9,#6);"),
+    )
+    chain = (
+        "".join(f"#{k}=IFCLOCALPLACEMENT(#{k + 1},#6);\n" for k in range(10_000, 30_000))
+        + "#30000=IFCLOCALPLACEMENT($,#6);"
+    )
+    yield "a chain of placements", edited("#9=IFCLOCALPLACEMENT($,#6);", f"#9=IFCLOCALPLACEMENT(#10000,#6);\n{chain}")
+    yield (
+        "a whole in itself",
+        edited(
+            "#13=IFCRELAGGREGATES('0000000000000000000005',$,$,$,#11,(#10))",
+            "#13=IFCRELAGGREGATES('0000000000000000000005',$,$,$,#10,(#10))",
+        ),
+    )
+    yield "deep brackets", edited("(#10)", "(" * DEEP + ")" * DEEP)
+    yield "open brackets", edited("(#10)", "(" * DEEP)
+    yield (
+        "solid in itself",
+        edited("#104=IFCEXTRUDEDAREASOLID(#103,#6,#4,3.000)", "#104=IFCBOOLEANRESULT(.DIFFERENCE.,#104,#104)"),
+    )
+    yield (
+        "a mapped item in itself",
+        edited(
+            "#104=IFCEXTRUDEDAREASOLID(#103,#6,#4,3.000)",
+            "#104=IFCMAPPEDITEM(#500,#501);\n#500=IFCREPRESENTATIONMAP(#6,#105);\n#501=IFCCARTESIANTRANSFORMATIONOPERATOR3D($,$,#3,1.,$)",
+        ),
+    )
+    yield (
+        "units in a circle",
+        edited(
+            "#1=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.)",
+            "#1=IFCCONVERSIONBASEDUNIT(#98,.LENGTHUNIT.,'x',#97);\n#98=IFCDIMENSIONALEXPONENTS(1,0,0,0,0,0,0);\n#97=IFCMEASUREWITHUNIT(IFCLENGTHMEASURE(1.),#1)",
+        ),
+    )
+    for schema in ("IFC9", "", "IFC2X3", "IFC4X3_ADD2", "x" * 100_000):
+        yield f"schema {schema[:9]}", edited("'IFC4'", f"'{schema}'")
+    for number in ("1.E308", "-1.E308", "1.E400", "NAN", "1.E-300", "9" * 400, "'a'", "$", "*", ".T.", "()", "#3"):
+        yield f"depth {number[:9]}", edited("#6,#4,3.000)", f"#6,#4,{number})")
+        yield f"elevation {number[:9]}", edited(".ELEMENT.,0.)", f".ELEMENT.,{number})")
+        yield (
+            f"point {number[:9]}",
+            edited("#3=IFCCARTESIANPOINT((0.,0.,0.))", f"#3=IFCCARTESIANPOINT((0.,0.,{number}))"),
+        )
+        yield f"width {number[:9]}", edited(",8.000,0.200)", f",{number},0.200)")
+    for name in (
+        "'\\X2\\D800\\X0\\'",
+        "'\\X\\0A'",
+        "'\\S\\'",
+        "'" + "a" * 1_000_000 + "'",
+        "'\\X4\\FFFFFFFF\\X0\\'",
+        "'\\X2\\000A\\X0\\'",
+        "'" + "''" * 5000 + "'",
+        "'a\x00b'",
+    ):
+        yield f"name {name[:12]!r}", edited("'Ground'", name)
+    storeys = "".join(
+        f"#{k}=IFCBUILDINGSTOREY('{k:022}',$,'S{k}',$,$,#9,$,$,.ELEMENT.,{k / 1e6});\n" for k in range(20_000, 25_000)
+    )
+    yield "5,000 storeys", edited("#11=", f"{storeys}#11=")
+    walls = "".join(f"#{k}=IFCWALL('{k:022}',$,'w',$,$,#9,#106,$,$);\n" for k in range(20_000, 20_300))
+    yield "300 walls in one place", edited("#11=", f"{walls}#11=")
+    holes = ",".join(f"#{k}" for k in range(20_000, 40_000))
+    yield "a solid of nothing", edited("(#104)", f"({holes})")
+    circle = "#103=IFCCIRCLEPROFILEDEF(.AREA.,$,#102,1.E9)"
+    yield "a huge circle", edited("#103=IFCRECTANGLEPROFILEDEF(.AREA.,$,#102,8.000,0.200)", circle)
+    for keyword in ("IFCWALL", "IFCSPACE", "IFCLOCALPLACEMENT", "IFCBUILDINGSTOREY", "IFCPROJECT", "IFCUNITASSIGNMENT"):
+        for other in ("IFCBOOLEAN", "IFCREAL", "IFCROOT", "IFCNONSENSE", "IFCDOOR", "IFCCARTESIANPOINT"):
+            yield f"{keyword} becomes {other}", edited(f"={keyword}(", f"={other}(")
+    yield "the same number twice", edited("#12=", "#11=")
+    yield "numbers beyond 64 bits", edited("#12=", f"#{'9' * 30}=")
+    yield "a number of 0", edited("#12=", "#0=")
+    yield "no end", replace_main(sample, text.replace("ENDSEC;", "").encode())
+    yield "head alone", replace_main(sample, text[: text.index("DATA;")].encode())
