@@ -4,7 +4,7 @@ import argparse
 import sys
 import time
 
-from tests.fuzz.bombs import bombs_of
+from tests.fuzz.bombs import bomb_named
 from tests.fuzz.campaign import HEADER, Tally, run_campaign
 from tests.fuzz.mutations import mutated
 from tests.fuzz.seeds import known_formats
@@ -46,7 +46,7 @@ def _sum_up(tallies: list[Tally], seconds: float) -> int:
 
 def _try_one(worker: Worker, reader: str, given: argparse.Namespace) -> int:
     if given.bomb is not None:
-        sample = dict(bombs_of(reader))[given.bomb]
+        sample = bomb_named(reader, given.bomb)
     else:
         _, sample = mutated(reader, given.seed, given.only)
     for name, content in sample.files.items():

@@ -12,6 +12,11 @@ from tests.fuzz.seeds import samples_of
 _CHUNK = b"\x00" * 1_000_000
 
 
+def bomb_named(reader: str, name: str) -> Sample:
+    """Return one bomb, without making those that come after it."""
+    return next(sample for its, sample in bombs_of(reader) if its == name)
+
+
 def bombs_of(reader: str) -> Bombs:
     sample = samples_of(reader)[0]
 

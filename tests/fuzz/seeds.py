@@ -3,6 +3,7 @@
 import gzip
 import json
 from collections.abc import Iterator
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -25,8 +26,9 @@ from tests.fuzz.sample import (
 from tests.fuzz.seeds_drawings import dxf_samples, ifc_samples, luperto_samples, svg_samples
 
 
-def samples_of(reader: str) -> list[Sample]:
-    return list(_MAKERS[reader]())
+@cache
+def samples_of(reader: str) -> tuple[Sample, ...]:
+    return tuple(_MAKERS[reader]())
 
 
 def known_formats() -> set[str]:

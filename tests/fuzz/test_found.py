@@ -2,17 +2,19 @@
 
 import io
 import json
+import time
 import zipfile
 
 import numpy as np
 import pytest
 
 from pipeline.errors import PlanError
+from pipeline.floorplans import rooms
 from pipeline.floorplans.checks import inspect
 from pipeline.floorplans.readers import READERS, classify, ifc_cuts, read_plan_file
 from pipeline.floorplans.sources import lone_file, open_source
-from tests.fuzz.bombs import bombs_of
-from tests.fuzz.sample import Sample, npz_bytes
+from tests.fuzz.bombs import bomb_named
+from tests.fuzz.sample import CENTIMETRES, Sample, box, collection, feature, npz_bytes, zip_bytes
 from tests.fuzz.seeds import samples_of
 from tests.fuzz.worker import examine
 
@@ -132,9 +134,19 @@ def test_a_grid_that_would_take_gigabytes(tmp_path):
 
 
 def test_a_header_of_brackets_is_not_repeated_in_the_message(tmp_path):
-    bomb = dict(bombs_of("kth_campus_grids"))["deep header v1"]
+    bomb = bomb_named("kth_campus_grids", "deep header v1")
     message = _refusal(tmp_path, "kth_campus_grids", bomb)
     assert "damaged npz" in message and len(message) < 500
+
+
+def test_a_header_that_is_no_whole_statement(tmp_path):
+    sample = samples_of("mit_campus_grids")[0]
+    with zipfile.ZipFile(io.BytesIO(sample.files[sample.main])) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    members["occ_grid.npy"] = members["occ_grid.npy"].replace(b"{", b"[", 1).replace(b"}", b"(", 1)
+    assert "not a readable npz" in _refusal(
+        tmp_path, "mit_campus_grids", Sample({sample.main: zip_bytes(members)}, sample.main)
+    )
 
 
 # Archives and manifests
@@ -184,8 +196,64 @@ def test_a_file_without_any_feature(tmp_path):
 
 
 def test_a_block_put_a_billion_times(tmp_path):
-    bomb = dict(bombs_of("dxf"))["an array of nothing"]
+    bomb = bomb_named("dxf", "an array of nothing")
     assert "a block is put 900,000,000 times" in _refusal(tmp_path, "dxf", bomb)
+
+
+def test_a_drawing_without_model_space(tmp_path):
+    sample = samples_of("dxf")[0]
+    content = sample.files[sample.main].replace(b"Model\n", b"Modem\n").replace(b"Model\r\n", b"Modem\r\n")
+    assert "damaged DXF (KeyError" in _refusal(tmp_path, "dxf", Sample({sample.main: content}, sample.main))
+
+
+def test_an_entity_without_a_layer(tmp_path):
+    sample = _edited("dxf", "\nPOLYLINE\n", "\n20\n", 2)
+    path = tmp_path / sample.main
+    path.write_bytes(sample.files[sample.main])
+    assert examine("dxf", path, sample.options)[2] == ""
+
+
+@pytest.mark.parametrize("text", ["GEOMETRYCOLLECTION(" * 100_000, "CURVEPOLYGON(CIRCULARSTRING(0 0, 4 0, 4 4, 0 0))"])
+def test_shapes_that_geos_crashes_on_or_shapely_does_not_know(tmp_path, text):
+    homes = [{"id": 1, "geometries": {"living": [text]}}]
+    sample = Sample({"homes.json": json.dumps(homes).encode()}, "homes.json")
+    assert "is no polygon" in _refusal(tmp_path, "resplan", sample)
+
+
+@pytest.mark.parametrize("tag", ['polygon points="{}"', 'g transform="rotate({})"', 'path d="M {}"', 'rect width="{}"'])
+def test_a_row_of_digits_in_a_drawing(tmp_path, tag):
+    shape = f'<g class="Wall"><{tag.format("1" * 5000)} class="Wall"/></g>'
+    sample = Sample({"a.svg": f"<svg>{shape}</svg>".encode()}, "a.svg", CENTIMETRES)
+    assert "a.svg: no shape" in _refusal(tmp_path, "svg", sample)
+
+
+def test_one_line_that_is_a_scribble(tmp_path):
+    scribble = " ".join(f"{x:.0f},{y:.0f}" for x, y in np.random.default_rng(0).uniform(0, 5000, (2000, 2)).tolist())
+    shape = f'<polyline class="Wall" fill="none" points="{scribble}"/>'
+    sample = Sample({"a.svg": f"<svg>{shape}</svg>".encode()}, "a.svg", CENTIMETRES)
+    assert "lines meet more than 1,000,000 times" in _refusal(tmp_path, "svg", sample)
+
+
+def test_an_area_drawn_three_hundred_times_is_one_space(tmp_path, monkeypatch):
+    measured = []
+    measure = rooms._shared_length
+    monkeypatch.setattr(rooms, "_shared_length", lambda one, other: measured.append(1) or measure(one, other))
+    areas = [feature("Polygon", box(0, 0, 9, 9), indoor="area", level="0")] * 300
+    (tmp_path / "hall.geojson").write_bytes(collection(areas))
+    (plan,) = read_plan_file(tmp_path / "hall.geojson", "indoor_geojson")
+    assert plan.free.area == pytest.approx(8.9**2, rel=0.01)
+    assert len(measured) < 300
+
+
+def test_many_lone_walls_are_closed_one_by_one(tmp_path):
+    spots = [(x, y) for x in range(30) for y in range(30)]
+    segments = [{"p0": {"x": x, "y": y}, "p1": {"x": x + 0.5, "y": y}} for x, y in spots]
+    path = tmp_path / "pillars.vectormap.json"
+    path.write_text(json.dumps(segments))
+    started = time.process_time()
+    (plan,) = read_plan_file(path)
+    assert plan.free.area == pytest.approx(29.6 * 29.1 - 900 * 0.06, rel=0.05)
+    assert time.process_time() - started < 5
 
 
 # Models: the library crashes, loops or raises what it likes

@@ -19,7 +19,7 @@ from tests.fuzz.sample import ARCHIVE, MANIFEST, Sample
 from tests.fuzz.seeds import known_formats, samples_of
 from tests.fuzz.worker import Worker, examine
 
-INPUTS, SECONDS = 300, 0.7
+INPUTS, SECONDS = 300, 0.4
 JSON_READERS = (
     "amrl_vector_maps",
     "houseexpo",

@@ -127,7 +127,9 @@ def _load(path: Path) -> "Document":
     try:
         if path.stat().st_size > _MOST_BYTES:
             raise PlanError(f"{path}: more than {_MOST_BYTES:,} bytes, at most that many are read. Simplify it.")
-        return readfile(path)
+        document = readfile(path)
+        document.modelspace()  # raises where the file has none
+        return document
     except PlanError:
         raise
     except OSError as problem:
@@ -170,9 +172,9 @@ def _name_in(entity: Any, key: str, default: str) -> str:
 
 def _parts(insert: Any) -> Iterator[Any]:
     """Yield what a block puts into the drawing, copy by copy; a damaged block ends early."""
-    if insert.mcount > _MOST_ENTITIES:
-        raise PlanError(f"a block is put {insert.mcount:,} times. Simplify the drawing.")
     try:
+        if insert.mcount > _MOST_ENTITIES:
+            raise PlanError(f"a block is put {insert.mcount:,} times. Simplify the drawing.")
         for copy in insert.multi_insert() if insert.mcount > 1 else (insert,):
             yield from copy.virtual_entities()
     except PlanError:
