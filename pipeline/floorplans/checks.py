@@ -24,7 +24,7 @@ class PlanReport:
 
     width_m, height_m: extent of the drawing [m]. free_components: 4-connected parts of the free space.
     largest_free_share: area of the largest part over all free area. narrowest_door_m: see `narrowest_opening` [m].
-    warnings: sentences for a person; none of them stops the plan.
+    warnings: sentences for a person; none of them stops the plan. What the reader did stands in `Plan.remarks`.
     """
 
     width_m: float
@@ -109,7 +109,7 @@ def _grid_parts(plan: GridPlan) -> NDArray[np.float64]:
 
 
 def _warnings(plan: FloorPlan | GridPlan, share: float) -> tuple[str, ...]:
-    found = list(plan.remarks)
+    found = []
     if share < _WELL_CONNECTED:
         found.append(f"only {share:.0%} of the free floor is one connected part: sealed rooms or doors drawn as walls")
     splinters = sum(door.width < NARROWEST_DOOR_M for door in plan.doors)

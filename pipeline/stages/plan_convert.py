@@ -81,7 +81,7 @@ def _read(given: Namespace) -> list[Found]:
     for problem in problems:
         print(f"left out: {in_flags(str(problem))}", file=sys.stderr)
     for each in found:
-        for warning in (text for text in each.report.warnings if text not in each.plan.remarks):
+        for warning in each.report.warnings:
             print(f"{each.plan.plan_id}: {in_flags(warning)}", file=sys.stderr)
     return told_apart(found)
 

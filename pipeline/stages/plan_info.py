@@ -60,7 +60,7 @@ def record_of(found: Found) -> dict[str, Any]:
         "narrowest_m": report.narrowest_door_m,
         "narrowest_is": "door" if any(width >= NARROWEST_DOOR_M for width in widths) else "passage",
         "remarks": list(plan.remarks),
-        "warnings": [warning for warning in report.warnings if warning not in plan.remarks],
+        "warnings": list(report.warnings),
     }
     if isinstance(plan, GridPlan):
         record |= {"resolution_m": plan.resolution, "rows": plan.cells.shape[0], "cols": plan.cells.shape[1]}

@@ -87,6 +87,7 @@ def _pictures() -> Iterator[Sample]:
         ("jpg", "JPEG", grey),
         ("bmp", "BMP", grey),
         ("gif", "GIF", grey),
+        ("tif", "TIFF", grey),
     ):
         yield Sample({f"home.{ending}": picture_bytes(pixels, kind)}, f"home.{ending}", TENTHS)
     yield Sample({"plain.pgm": b"P2\n# a floor\n3 2\n255\n254 254 0\n254 0 254\n"}, "plain.pgm", METRES)

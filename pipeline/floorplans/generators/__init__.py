@@ -14,9 +14,9 @@ from pipeline.floorplans.plan import FloorPlan
 class DrawPlan(Protocol):
     """Draws one plan of a shape; ``rng`` is consumed and decides alone, with the shape, what comes out."""
 
-    def __call__(  # noqa: D102
-        self, shape: Any, rng: np.random.Generator, *, plan_id: str, split: str | None = None
-    ) -> FloorPlan: ...
+    def __call__(self, shape: Any, rng: np.random.Generator, *, plan_id: str, split: str | None = None) -> FloorPlan:
+        """Return the plan, a building of its own, drawn for ``split``."""
+        ...
 
 
 class Generator(NamedTuple):

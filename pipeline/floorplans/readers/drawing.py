@@ -1,5 +1,6 @@
 """What drawings in units of their own have in common: walls, openings and rooms by layer or class, and a scale."""
 
+import struct
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -18,6 +19,12 @@ from pipeline.floorplans.readers.reader import ReadOptions
 from pipeline.floorplans.walls import Area, as_area, door_of, free_from_walls, openings_as_area, repaired
 
 LARGEST_UNIT = 1e9  # of a coordinate in drawing units
+# What the libraries that parse drawings raise on damaged text, beside errors of their own. Lack of memory is not among
+# them: `read_plans` says what to do about that.
+PARSER_ERRORS = (
+    *(ArithmeticError, AssertionError, AttributeError, LookupError, RuntimeError, TypeError, ValueError),
+    *(struct.error, GEOSException),
+)
 _NARROW_M, _WIDE_M = 0.5, 3.0  # of doors, in the median
 _SEAM_M = 0.02
 _NEAR_M = 0.1

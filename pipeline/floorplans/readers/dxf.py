@@ -27,7 +27,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import FloorPlan, GridPlan
-from pipeline.floorplans.readers.drawing import LARGEST_UNIT, Drawing, is_any_of, plan_of, scale_of
+from pipeline.floorplans.readers.drawing import LARGEST_UNIT, PARSER_ERRORS, Drawing, is_any_of, plan_of, scale_of
 from pipeline.floorplans.readers.json_file import short_text, sniff_text
 from pipeline.floorplans.readers.reader import ReadOptions
 from pipeline.floorplans.walls import door_of
@@ -68,7 +68,12 @@ class _Found:
     arcs: list[tuple[tuple[float, float], tuple[float, float], tuple[float, float]]] = field(default_factory=list)
     layers: set[str] = field(default_factory=set)
     left_out: dict[str, int] = field(default_factory=dict)
+    damaged_blocks: int = 0
     entities: int = 0
+
+    def leave_out(self, kind: str) -> None:
+        """Count an entity that is not used."""
+        self.left_out[kind] = self.left_out.get(kind, 0) + 1
 
 
 @dataclass(frozen=True)
@@ -106,6 +111,8 @@ class Dxf:
                 "Name the layers of the walls in plans.read.wall_layers."
             )
         remarks = [f"{count} {kind} on wall or door layers were left out" for kind, count in found.left_out.items()]
+        if found.damaged_blocks:
+            remarks.append(f"{found.damaged_blocks} blocks are damaged: what could not be read of them was left out")
         drawing = Drawing(walls=found.walls, remarks=remarks)
         scale = _scale(path, document, found, drawing, options)
         try:
@@ -121,6 +128,13 @@ class Dxf:
         )
 
 
+def _damage() -> tuple[type[Exception], ...]:
+    """Return what ezdxf raises on damaged text: errors of its own, and of Python many kinds; the last at its end."""
+    from ezdxf.lldxf.const import DXFError
+
+    return (DXFError, *PARSER_ERRORS, StopIteration)
+
+
 def _load(path: Path) -> "Document":
     from ezdxf.filemanagement import readfile
 
@@ -134,7 +148,7 @@ def _load(path: Path) -> "Document":
         raise
     except OSError as problem:
         raise PlanError(f"{path}: not a readable DXF file ({short_text(str(problem))}).") from problem
-    except Exception as problem:  # on damaged text ezdxf raises many kinds besides DXFStructureError
+    except _damage() as problem:
         raise PlanError(
             f"{path}: damaged DXF ({type(problem).__name__}: {short_text(str(problem))}). Export it again."
         ) from problem
@@ -155,7 +169,7 @@ def _collect(
         if kind == "INSERT":
             is_door = door or _is_door_name(_name_in(entity, "name", ""), options)
             if depth < _DEEPEST_BLOCK:
-                _collect(found, _parts(entity), options, layer=name, depth=depth + 1, door=is_door)
+                _collect(found, _parts(found, entity), options, layer=name, depth=depth + 1, door=is_door)
         elif door or _is_door_name(name, options):
             _add(found, entity, kind, found.doors)
         elif _is_wall_layer(name, options):
@@ -166,12 +180,12 @@ def _name_in(entity: Any, key: str, default: str) -> str:
     """Return the name of a layer or block; entities of kinds that ezdxf does not know have none."""
     try:
         return str(entity.dxf.get(key, default))
-    except Exception:  # see _load
+    except _damage():
         return default
 
 
-def _parts(insert: Any) -> Iterator[Any]:
-    """Yield what a block puts into the drawing, copy by copy; a damaged block ends early."""
+def _parts(found: _Found, insert: Any) -> Iterator[Any]:
+    """Yield what a block puts into the drawing, copy by copy; a damaged block ends early and is counted."""
     try:
         if insert.mcount > _MOST_ENTITIES:
             raise PlanError(f"a block is put {insert.mcount:,} times. Simplify the drawing.")
@@ -179,8 +193,8 @@ def _parts(insert: Any) -> Iterator[Any]:
             yield from copy.virtual_entities()
     except PlanError:
         raise
-    except Exception:  # see _load
-        return
+    except _damage():
+        found.damaged_blocks += 1
 
 
 def _is_door_name(name: str, options: ReadOptions) -> bool:
@@ -197,16 +211,16 @@ def _is_wall_layer(name: str, options: ReadOptions) -> bool:
 
 def _add(found: _Found, entity: Any, kind: str, shapes: list[BaseGeometry]) -> None:
     if kind not in _LINES:
-        found.left_out[kind] = found.left_out.get(kind, 0) + 1
+        found.leave_out(kind)
         return
     try:
         shape = _line(entity)
         arcs = [entity] if kind == "ARC" else _bulges(entity, kind) if shapes is found.doors else []
         swings = [swing for arc in arcs if shapes is found.doors and (swing := _swing(arc)) is not None]
-    except Exception:  # see _load
+    except _damage():
         shape, swings = None, []
     if shape is None or not (np.abs(shapely.get_coordinates(shape)) <= LARGEST_UNIT).all():
-        found.left_out[f"damaged {kind}"] = found.left_out.get(f"damaged {kind}", 0) + 1
+        found.leave_out(f"damaged {kind}")
         return
     shapes.append(shape)
     found.arcs += swings

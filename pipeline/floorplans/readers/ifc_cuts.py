@@ -24,6 +24,7 @@ from shapely.geometry import Polygon
 
 import pipeline
 from pipeline.errors import PlanError
+from pipeline.floorplans.readers.drawing import PARSER_ERRORS
 from pipeline.floorplans.readers.json_file import short_text
 from pipeline.floorplans.walls import Area, as_area
 
@@ -201,7 +202,7 @@ def _open(path: Path) -> tuple[Any, float]:
     try:
         model = ifcopenshell.open(str(path))
         scale = float(calculate_unit_scale(model))
-    except Exception as problem:  # on damaged text ifcopenshell raises many kinds
+    except (ifcopenshell.Error, *PARSER_ERRORS) as problem:
         raise PlanError(f"not a readable IFC model ({short_text(str(problem))}). Export it again.") from problem
     if not (isfinite(scale) and scale > 0):
         raise PlanError(f"its length unit has {scale:g} m, expected more than 0. Repair the model.")

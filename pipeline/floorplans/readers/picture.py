@@ -17,8 +17,8 @@ from pipeline.errors import PlanError
 MOST_PIXELS = 36_000_000  # 6,000 x 6,000: 300 m at 5 cm per pixel
 MOST_BYTES = 200_000_000
 # Named one by one: Pillow would also try formats that start another program, such as EPS.
-FORMATS = ("PNG", "PPM", "JPEG", "BMP", "GIF")
-_READ = "PNG, PGM, JPEG, BMP or GIF"
+FORMATS = ("PNG", "PPM", "JPEG", "BMP", "GIF", "TIFF")
+_READ = "PNG, PGM, JPEG, BMP, GIF or TIFF"
 # What Pillow raises on bad files.
 _DAMAGED = (
     *(OSError, SyntaxError, ValueError, EOFError, LookupError, MemoryError, TypeError, AttributeError),

@@ -27,7 +27,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import FloorPlan, GridPlan
-from pipeline.floorplans.readers.drawing import LARGEST_UNIT, Drawing, is_any_of, plan_of, scale_of
+from pipeline.floorplans.readers.drawing import LARGEST_UNIT, PARSER_ERRORS, Drawing, is_any_of, plan_of, scale_of
 from pipeline.floorplans.readers.json_file import short_name, short_text, sniff_text
 from pipeline.floorplans.readers.reader import ReadOptions
 from pipeline.floorplans.rooms import say_repaired
@@ -174,7 +174,7 @@ def _enter(found: _Found, outer: _Place, child: Element, options: ReadOptions) -
         try:
             _check_numbers(child.get("transform", ""))
             matrix = Matrix(child.get("transform")) * outer.matrix
-        except Exception:  # whatever a foreign parser raises on damaged text, one shape must not end the file
+        except PARSER_ERRORS:  # one shape must not end the file
             found.damaged += 1
             return None
     level = next((name for name in classes if name.startswith("Floor-")), child.get("id", ""))
@@ -220,7 +220,7 @@ def _add_shape(found: _Found, place: _Place, tag: str) -> None:
     drawing = found.levels.setdefault(place.level, Drawing())
     try:
         shape = _shape(place, tag)
-    except Exception:  # see _enter
+    except PARSER_ERRORS:  # see _enter
         shape = None
     if shape is None or shape.is_empty or not (np.abs(shapely.get_coordinates(shape)) <= LARGEST_UNIT).all():
         found.damaged += 1

@@ -101,7 +101,7 @@ def test_a_header_of_many_megapixels_is_refused_without_decoding(tmp_path, conte
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("name", ["a.png", "a.pgm", "a.jpg", "a.bmp", "a.gif"])
+@pytest.mark.parametrize("name", ["a.png", "a.pgm", "a.jpg", "a.bmp", "a.gif", "a.tif"])
 @pytest.mark.parametrize("share", [0.02, 0.5, 0.9])
 def test_a_cut_picture_is_refused(tmp_path, name, share):
     path = tmp_path / name
@@ -118,8 +118,17 @@ def test_a_cut_picture_is_refused(tmp_path, name, share):
 def test_what_is_no_picture_of_these_formats_is_refused(tmp_path, content):
     (tmp_path / "a.png").write_bytes(content)
     assert not looks_like_a_picture(tmp_path / "a.png")
-    with pytest.raises(PlanError, match=r"a.png: not a readable picture .*expected a whole PNG, PGM, JPEG, BMP or GIF"):
+    expected = r"a.png: not a readable picture .*expected a whole PNG, PGM, JPEG, BMP, GIF or TIFF"
+    with pytest.raises(PlanError, match=expected):
         read_picture(tmp_path / "a.png")
+
+
+@pytest.mark.parametrize("compression", ["raw", "tiff_lzw", "tiff_adobe_deflate", "packbits"])
+def test_a_scan_as_tiff_is_read_as_it_is(tmp_path, compression):
+    grey = np.random.default_rng(0).integers(0, 255, (60, 80)).astype(np.uint8)
+    Image.fromarray(grey).save(tmp_path / "a.tif", compression=compression)
+    assert looks_like_a_picture(tmp_path / "a.tif")
+    assert np.array_equal(read_picture(tmp_path / "a.tif").values, grey)
 
 
 def test_missing_files_and_folders_are_refused(tmp_path):
