@@ -2,15 +2,10 @@
 
 Every plan is looked at as regions on cells of 0.1 m: the outlines of a drawn plan, the layer "semantics" or "rooms" of
 a grid. Two regions are neighbours when a door lies between them.
-
-Compares generated campus floors with real ones: ``python -m pipeline.floorplans.statistics FOLDER [FOLDER ...]``
 """
 
-import sys
-from argparse import ArgumentParser
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -19,11 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, find_objects, label, maximum_filter
 
 from pipeline.errors import PlanError
-from pipeline.floorplans.generators.campus import CampusShape, draw_campus
 from pipeline.floorplans.plan import Door, FloorPlan, GridPlan, Layer, bounds_of
-from pipeline.floorplans.readers import PLAN, classify, read_plans
-from pipeline.floorplans.sources import open_source
-from pipeline.randomness import stream
 
 ROOM, CORRIDOR, SERVICE = "room", "corridor", "service"
 CORRIDOR_LABELS = frozenset({"CORRIDOR", "HALL", "HALLWAY", "LOBBY", "ENTRANCE", "RECEPTION"})
@@ -240,40 +231,3 @@ def _widths(marked: _Marked, kinds: NDArray[np.str_]) -> tuple[float, ...]:
     clearance = distance_transform_edt(np.pad(inside, 1))
     ridge = (clearance > 1) & (clearance >= maximum_filter(clearance, size=3))
     return tuple(((2 * clearance[ridge] - 0.5) * marked.cell_m).round(3).tolist())
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Print a table of generated campus floors beside the floors below each folder."""
-    parser = ArgumentParser(prog="python -m pipeline.floorplans.statistics", description=main.__doc__)
-    parser.add_argument("folders", nargs="*", type=Path, metavar="FOLDER", help="a column for each: real floors")
-    parser.add_argument("--floors", type=int, default=40, help="at most so many for each column (40)")
-    parser.add_argument("--seed", type=int, default=0, help="of the generated floors (0)")
-    given = parser.parse_args(arguments)
-    columns = {"campus": [floor_statistics(plan) for plan in _draw_floors(given.seed, given.floors)]}
-    for folder in given.folders:
-        columns[str(folder)] = [floor_statistics(plan) for plan in _read_floors(folder, given.floors)]
-    sys.stdout.write(compare(columns) + "\n")
-
-
-def _draw_floors(seed: int, count: int) -> Iterator[FloorPlan]:
-    for name in (f"campus-{k}" for k in range(count)):
-        yield draw_campus(CampusShape(), stream(seed, name), plan_id=name)
-
-
-def _read_floors(root: Path, most: int) -> Iterator[FloorPlan | GridPlan]:
-    """Yield one plan of each floor below ``root``, the first by name, at most ``most``; what is no plan is left out."""
-    seen: set[str] = set()
-    with open_source(root) as files:
-        for entry in classify(files):
-            if entry.role != PLAN or entry.reader is None:
-                continue
-            for plan in read_plans(entry.file, entry.reader):
-                if len(seen) >= most:
-                    return
-                if not isinstance(plan, PlanError) and plan.floor not in seen:
-                    seen.add(plan.floor)
-                    yield plan
-
-
-if __name__ == "__main__":
-    main()

@@ -69,6 +69,8 @@ def build_parser() -> ArgumentParser:
     _add_sheet(command("sheet", "plan_sheet", "draw all plans below a folder on one picture, each with its scale"))
     more = "A data set is a folder in FOLDER, or an archive beside it; plans in FOLDER itself make one."
     _add_survey(command("survey", "plan_survey", "print a table of what each data set below a folder holds", more))
+    more = "A floor is one with marked rooms. Columns: generated campus floors, then each FOLDER."
+    _add_statistics(command("statistics", "plan_statistics", "compare rooms, doors and corridors of floors", more))
     command("formats", "plan_formats", "list the formats that are read and written")
     return parser
 
@@ -112,6 +114,14 @@ def _add_survey(parser: ArgumentParser) -> None:
         "{homes: {metres_per_unit: 0.05, invert: true}}",
     )
     add_workers(parser)
+
+
+def _add_statistics(parser: ArgumentParser) -> None:
+    parser.add_argument("sources", metavar="FOLDER", nargs="*", help="real floors; each variant of a floor counts once")
+    parser.add_argument(
+        "--floors", type=whole_number, default=40, metavar="N", help="at most so many for a column (40)"
+    )
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the generated floors (0)")
 
 
 def _add_force(parser: ArgumentParser) -> None:

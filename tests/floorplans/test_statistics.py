@@ -7,7 +7,7 @@ import shapely
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import FREE, OCCUPIED, Bounds, Door, FloorPlan, GridPlan, Layer, Location, Room
-from pipeline.floorplans.statistics import compare, floor_statistics, main
+from pipeline.floorplans.statistics import compare, floor_statistics
 
 # A corridor of 20 x 2 m; beside it the rooms A, B (20 m2 each, joined), C (32 m2) and stairs (8 m2); walls of 0.2 m.
 CORRIDOR = shapely.box(0.0, 0.0, 20.0, 2.0)
@@ -130,21 +130,3 @@ def test_a_table_gives_quartiles_of_what_all_floors_hold_together():
     assert rows["neighbours of a room, mean"][0] == "1.75 / **1.83** / 1.92"
     assert rows["door width [m]"][1].rstrip(" |") == "-"
     assert len(rows) == 11
-
-
-def test_the_command_draws_floors_and_reads_one_variant_of_each_real_one(tmp_path, capsys):
-    values = on_cells("semantics", {"CORRIDOR": 3, "STAIRS": 3, "OFFICE": 4, "LAB": 4, "CLASSROOM": 4}, {})
-    semantic = values.layers["semantics"].values.astype(np.uint8)[::-1]
-    for name in ("7-1_1001", "7-1_1002", "7-2_1003"):
-        np.savez(
-            tmp_path / f"{name}.npz",
-            occ_grid=(semantic == 0).astype(np.uint8),
-            semantic_grid=semantic,
-            semantic_labels=np.array(["background", "clutter", "door", "hallway", "room"]),
-            resolution=np.float64(0.1),
-        )
-    main([str(tmp_path), "--floors", "3"])
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == f"| statistic | campus | {tmp_path} |"
-    assert lines[2] == "| floors | 3 | 2 |"
-    assert lines[6].startswith("| room size [m2] | ") and lines[6].endswith(" | 20 / **20** / 29 |")

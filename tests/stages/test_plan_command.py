@@ -10,64 +10,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pipeline.floorplans.plan import CLUTTER, OCCUPIED, FloorPlan
-from pipeline.floorplans.readers import READERS, read_plan_file
+from pipeline.floorplans.readers import READERS
 from pipeline.floorplans.writers import WRITERS
-from pipeline.grids.rasterize import rasterize
 from pipeline.stages import plan_formats
 from pipeline.stages.plan_command import build_parser, main
 from tests.floorplans.samples import write_map, write_npz
-
-SQUARE = [[0, 0], [6, 0], [6, 4], [0, 4]]
-# Two rooms of 5 x 4 m with a door of 1 m between them, walls of 20 cm, drawn in centimetres with y down.
-HOME = """<svg xmlns="http://www.w3.org/2000/svg" width="1060" height="440">
-  <g class="Wall"><polygon points="0,0 1060,0 1060,20 0,20"/></g>
-  <g class="Wall"><polygon points="0,420 1060,420 1060,440 0,440"/></g>
-  <g class="Wall"><polygon points="0,0 20,0 20,440 0,440"/></g>
-  <g class="Wall"><polygon points="1040,0 1060,0 1060,440 1040,440"/></g>
-  <g class="Wall"><polygon points="520,0 540,0 540,440 520,440"/>
-    <g class="Door"><polygon points="520,100 540,100 540,200 520,200"/></g></g>
-  <g class="Space Kitchen"><polygon points="20,20 520,20 520,420 20,420"/></g>
-  <g class="Space Bedroom"><polygon points="540,20 1040,20 1040,420 540,420"/></g>
-</svg>
-"""
-
-
-def write_home(path: Path) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(HOME)
-    return path
-
-
-def write_houses(path: Path, *outlines: list, names: tuple[str, ...] = ()) -> Path:
-    """One HouseExpo house a line."""
-    houses = [
-        {
-            "id": names[k] if names else f"house-{k}",
-            "verts": verts,
-            "bbox": {"min": [0, 0], "max": [6, 4]},
-            "room_num": 1,
-        }
-        for k, verts in enumerate(outlines)
-    ]
-    path.write_text("".join(json.dumps(house) + "\n" for house in houses))
-    return path
-
-
-def cells_in(path: Path) -> np.ndarray:
-    (plan,) = read_plan_file(path)
-    return plan.cells
-
-
-def files_in(folder: Path) -> list[str]:
-    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
-
-
-def run(capsys, *arguments: object) -> tuple[int, str, str]:
-    code = main([str(argument) for argument in arguments])
-    told = capsys.readouterr()
-    return code, told.out, told.err
-
+from tests.stages.plan_samples import SQUARE, files_in, run, write_home, write_houses
 
 # --- info
 
@@ -178,83 +126,6 @@ def test_several_plans_are_drawn_into_a_folder_and_not_to_one_png(tmp_path, caps
     drawn = files_in(tmp_path)
     assert len(drawn) == 3
     assert all(name == "houses.jsonl" or (name.startswith("drawn/") and name.count("/") == 1) for name in drawn)
-
-
-# --- convert
-
-
-@pytest.mark.parametrize("ending", [".yaml", ".png", ".geojson"])
-def test_a_converted_grid_is_the_same_grid(ending, tmp_path, capsys):
-    source = write_npz(tmp_path / "7-1_3.npz")
-    code, out, err = run(capsys, "convert", source, tmp_path / "out" / f"floor{ending}")
-    assert (code, err) == (0, "")
-    assert out.startswith("1 plan as ")
-    (before,), (after,) = read_plan_file(source), read_plan_file(tmp_path / "out" / f"floor{ending}")
-    kept = before.cells if ending == ".geojson" else np.where(before.cells == CLUTTER, OCCUPIED, before.cells)
-    assert np.array_equal(after.cells, kept)
-    assert (after.resolution, after.origin) == (before.resolution, before.origin)
-
-
-def test_geometry_is_rasterised_for_a_format_of_cells_and_that_is_said(tmp_path, capsys):
-    source = write_houses(tmp_path / "house.json", SQUARE)
-    code, _, err = run(capsys, "convert", source, tmp_path / "house.yaml")
-    assert code == 0
-    assert err == "house.house-0: drawn as cells of 0.05 m; --resolution changes that\n"
-    (house,) = read_plan_file(source)
-    assert np.array_equal(cells_in(tmp_path / "house.yaml"), rasterize(house, 0.05).cells)
-    assert run(capsys, "convert", source, tmp_path / "coarse.yaml", "--resolution", "0.2")[2] == ""
-    assert np.array_equal(cells_in(tmp_path / "coarse.yaml"), rasterize(house, 0.2).cells)
-
-
-def test_geometry_stays_geometry_where_the_format_can_hold_it(tmp_path, capsys):
-    home = write_home(tmp_path / "home.svg")
-    assert run(capsys, "convert", home, tmp_path / "home.geojson", "--scale", "0.01")[0] == 0
-    (plan,) = read_plan_file(tmp_path / "home.geojson")
-    assert isinstance(plan, FloorPlan)
-    assert sorted(room.label for room in plan.rooms) == ["Bedroom", "Kitchen"]
-    assert plan.doors[0].width == pytest.approx(1.0)
-
-
-def test_a_resolution_that_may_close_a_door_is_said(tmp_path, capsys):
-    home = write_home(tmp_path / "home.svg")
-    code, _, err = run(capsys, "convert", home, tmp_path / "home.yaml", "--scale", "0.01", "--resolution", "0.4")
-    assert code == 0
-    assert "cells of 0.4 m may close its narrowest opening, 1.00 m; at most 0.33 surely keeps it open" in err
-
-
-def test_several_plans_become_files_of_a_folder(tmp_path, capsys):
-    houses = write_houses(tmp_path / "houses.jsonl", SQUARE, SQUARE, SQUARE)
-    code, _, err = run(capsys, "convert", houses, tmp_path / "one.geojson")
-    assert code == 1
-    assert "3 plans do not fit into one file" in err
-    assert run(capsys, "convert", houses, tmp_path / "out", "--to", "moving_ai", "--resolution", "0.5")[0] == 0
-    assert files_in(tmp_path / "out") == [f"houses.house-{k}.map" for k in range(3)]
-    assert "type octile" in (tmp_path / "out" / "houses.house-2.map").read_text()
-
-
-def test_one_bad_plan_stops_a_conversion_unless_it_is_to_be_skipped(tmp_path, capsys):
-    houses = write_houses(tmp_path / "houses.jsonl", SQUARE, [[0, 0], [0.5, 0], [0.5, 0.5]], SQUARE)
-    code, out, err = run(capsys, "convert", houses, tmp_path / "out", "--to", "plan_geojson")
-    assert (code, out, files_in(tmp_path)) == (1, "", ["houses.jsonl"])
-    assert "house-1" in err
-    assert err.count("\n") == 1
-    code, _, err = run(capsys, "convert", houses, tmp_path / "out", "--to", "plan_geojson", "--skip-bad")
-    assert code == 0
-    assert err.startswith("left out: plan houses.house-1")
-    assert files_in(tmp_path / "out") == ["houses.house-0.geojson", "houses.house-2.geojson"]
-
-
-def test_nothing_is_overwritten_and_nothing_is_half_written(tmp_path, capsys):
-    source = write_npz(tmp_path / "7-1_3.npz")
-    (tmp_path / "floor.pgm").write_text("mine")  # the picture that would lie beside floor.yaml
-    code, _, err = run(capsys, "convert", source, tmp_path / "floor.yaml")
-    assert code == 1
-    assert "floor.pgm: exists" in err
-    assert files_in(tmp_path) == ["7-1_3.npz", "floor.pgm"]
-    assert (tmp_path / "floor.pgm").read_text() == "mine"
-    assert run(capsys, "convert", source, tmp_path / "floor.yaml", "--force")[0] == 0
-    assert files_in(tmp_path) == ["7-1_3.npz", "floor.pgm", "floor.yaml"]
-    assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
 
 
 # --- sheet
