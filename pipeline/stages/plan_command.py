@@ -88,7 +88,7 @@ def _add_convert(parser: ArgumentParser) -> None:
     parser.add_argument("out", metavar="OUT", help="the file to write; for several plans, a folder")
     parser.add_argument("--to", metavar="FORMAT", help="format to write; by default that of the ending of OUT")
     text = "side of a cell [m]; geometry becomes cells (0.05 where the format has only those), cells become coarser"
-    parser.add_argument("--resolution", metavar="M", type=number_from(0, 10, " m"), help=text)
+    parser.add_argument("--resolution", metavar="M", type=number_from(0.001, 10, " m"), help=text)
     parser.add_argument("--skip-bad", action="store_true", help="leave out plans that cannot be used, naming them")
     _add_force(parser)
     add_read_options(parser)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from pipeline.errors import ConfigError
+from pipeline.floorplans.read_ranges import RANGES
 
 if TYPE_CHECKING:
     from pipeline.floorplans.readers import ReadOptions
@@ -19,15 +20,15 @@ Check = Callable[[Any], Any]
 
 
 def number_from(low: float, high: float, unit: str = "") -> Check:
-    """Return what turns text or a number into a number above ``low``, at most ``high``, or raises ArgumentTypeError."""
+    """Return what turns text or a number into a number from ``low`` to ``high``, or raises ArgumentTypeError."""
 
     def check(value: Any) -> float:
         try:
             number = float("nan") if isinstance(value, bool) else float(value)
         except (TypeError, ValueError):
             number = float("nan")
-        if not low < number <= high:
-            raise ArgumentTypeError(f"expected a number above {low:g}, at most {high:g}{unit}, got {value!r}")
+        if not low <= number <= high:
+            raise ArgumentTypeError(f"expected a number from {low:g} to {high:g}{unit}, got {value!r}")
         return number
 
     return check
@@ -42,10 +43,6 @@ def whole_number(value: Any) -> int:
     if number < 1:
         raise ArgumentTypeError(f"expected a whole number of at least 1, got {value!r}")
     return number
-
-
-def _share(value: Any) -> float:
-    return float(number_from(-1e-9, 1.0)(value))
 
 
 def _yes_no(value: Any) -> bool:
@@ -63,12 +60,8 @@ def _names(value: Any) -> tuple[str, ...]:
 
 # By the names of ReadOptions, which are those of conf/plans/: read.
 _CHECKS: dict[str, Check] = {
-    "metres_per_unit": number_from(0, 1000, " m"),
+    **{name: number_from(low, high) for name, (low, high) in RANGES.items()},
     "invert": _yes_no,
-    "free_thresh": _share,
-    "occupied_thresh": _share,
-    "door_width_m": number_from(0.29, 10, " m"),
-    "wall_m": number_from(0.009, 2, " m"),
     "levels": _names,
     "wall_layers": _names,
     "door_layers": _names,

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from pipeline.errors import PlanError
 from pipeline.floorplans.checks import PlanReport, inspect
 from pipeline.floorplans.plan import FloorPlan, GridPlan
+from pipeline.floorplans.read_ranges import RANGES
 from pipeline.floorplans.readers import (
     BAD,
     PLAN,
@@ -56,13 +57,13 @@ class ReadConfig:
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
-        scale = self.metres_per_unit
-        require(scale is None or 0 < scale <= 1000, "plans.read.metres_per_unit", scale, "null or 0 to 1000 m")
+        for name, (low, high) in RANGES.items():
+            value = getattr(self, name)
+            allowed = f"{'null or ' if name == 'metres_per_unit' else ''}{low:g} to {high:g}"
+            require(value is None or low <= value <= high, f"plans.read.{name}", value, allowed)
         thresholds = (self.free_thresh, self.occupied_thresh)
-        ordered = 0 <= self.free_thresh <= self.occupied_thresh <= 1
-        require(ordered, "plans.read.free_thresh, occupied_thresh", thresholds, "0 <= free <= occupied <= 1")
-        require(0.3 <= self.door_width_m <= 10, "plans.read.door_width_m", self.door_width_m, "0.3 to 10 m")
-        require(0.01 <= self.wall_m <= 2, "plans.read.wall_m", self.wall_m, "0.01 to 2 m")
+        ordered = self.free_thresh <= self.occupied_thresh
+        require(ordered, "plans.read.free_thresh, occupied_thresh", thresholds, "the first below the second, or equal")
 
     def options(self) -> ReadOptions:
         """Return the same as readers take it."""

@@ -98,7 +98,7 @@ def test_an_impossible_number_names_its_flag(flags, capsys):
     with pytest.raises(SystemExit) as stop:
         main(["info", "x", *flags])
     assert stop.value.code == 2
-    assert f"argument {flags[0]}: expected a number above" in capsys.readouterr().err
+    assert f"argument {flags[0]}: expected a number from" in capsys.readouterr().err
 
 
 # --- info --draw
@@ -194,7 +194,7 @@ def test_a_survey_counts_with_the_options_of_each_data_set(tmp_path, capsys):
     [
         ("campus: {scale: 0.05}", "unknown key campus.scale"),
         ("campus: {metre_per_unit: 0.05}", "Did you mean metres_per_unit?"),
-        ("campus: {metres_per_unit: -1}", "campus.metres_per_unit: expected a number above 0"),
+        ("campus: {metres_per_unit: -1}", "campus.metres_per_unit: expected a number from 1e-06 to 1000, got -1"),
         ("campus: {invert: 1}", "campus.invert: expected true or false, got 1"),
         ("campus: {reader: png}", "campus.reader = png: no such reader"),
         ("campuss: {invert: true}", "no data set is named campuss; there are campus"),
