@@ -15,6 +15,7 @@ from pipeline.floorplans.plan import CLUTTER, FREE, OCCUPIED, UNKNOWN, Bounds, F
 
 SMALLEST_M, LARGEST_M = 2.0, 2000.0
 FINEST_M, COARSEST_M = 0.01, 1.0
+_PAPER = 0.8  # of the border of a grid that is free: no house is that open
 _WELL_CONNECTED = 0.9
 
 
@@ -119,6 +120,9 @@ def _warnings(plan: FloorPlan | GridPlan, share: float) -> tuple[str, ...]:
         unknown, occupied = ((plan.cells == value).mean() for value in (UNKNOWN, OCCUPIED))
         if occupied == 0:
             found.append("no cell is occupied: walls may be missing, or the thresholds are wrong")
+        edge = np.concatenate([plan.cells[0], plan.cells[-1], plan.cells[:, 0], plan.cells[:, -1]]) == FREE
+        if edge.mean() > _PAPER:
+            found.append(f"{edge.mean():.0%} of the border is free: does the ground around the house count as floor?")
         if unknown > 0.9:
             found.append(f"{unknown:.0%} of the cells are unknown")
     return tuple(found)

@@ -113,3 +113,15 @@ def test_an_impossible_plan_is_refused_by_name(case):
 def test_a_polygon_is_checked_where_it_is_made(points, message):
     with pytest.raises(PlanError, match=message):
         polygon_from(points, name="plan x")
+
+
+def test_a_house_on_white_paper_is_warned_of_and_one_with_an_open_side_is_not():
+    paper = ("........", ".######.", ".#....#.", ".#....#.", ".##.###.", "........")
+    open_side = ("########", "#......#", "#......#", "#......#", "........")
+    (warning,) = inspect(grid_plan(paper, resolution=1.0)).warnings
+    assert warning == "100% of the border is free: does the ground around the house count as floor?"
+    assert inspect(grid_plan(open_side, resolution=1.0)).warnings == ()
+
+
+def test_what_a_reader_remarks_is_no_warning():
+    assert inspect(floor_plan(ROOM, remarks=("an outline was repaired",))).warnings == ()
