@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -34,6 +35,13 @@ class PlanReport:
     largest_free_share: float
     narrowest_door_m: float | None
     warnings: tuple[str, ...]
+
+
+class Checked(NamedTuple):
+    """A plan that may be used, and what was found in it."""
+
+    plan: FloorPlan | GridPlan
+    report: PlanReport
 
 
 def inspect(plan: FloorPlan | GridPlan) -> PlanReport:

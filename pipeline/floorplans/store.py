@@ -10,7 +10,7 @@ import pyarrow as pa
 import shapely
 
 from pipeline.files import write_table
-from pipeline.floorplans.checks import PlanReport
+from pipeline.floorplans.checks import Checked, PlanReport
 from pipeline.floorplans.plan import Bounds, Door, FloorPlan, GridPlan, Layer, Location, Room
 from pipeline.tables import column, read_table, table_schema
 
@@ -55,19 +55,19 @@ PLANS = table_schema(
 )
 
 
-def write_plans(path: Path, plans: Iterable[tuple[FloorPlan | GridPlan, PlanReport]]) -> None:
+def write_plans(path: Path, plans: Iterable[Checked]) -> None:
     """Write checked plans as one parquet table, atomically."""
     rows = [_row(plan, report) for plan, report in plans]
     write_table(path, pa.Table.from_pylist(rows, schema=PLANS))
 
 
-def read_plans(path: Path) -> list[tuple[FloorPlan | GridPlan, PlanReport]]:
+def read_plans(path: Path) -> list[Checked]:
     """Read the table of plans.
 
     Raises:
         TableError: missing, unreadable, or written by another version.
     """
-    return [(_plan(row), _report(row)) for row in read_table(path, PLANS, stage="plans").to_pylist()]
+    return [Checked(_plan(row), _report(row)) for row in read_table(path, PLANS, stage="plans").to_pylist()]
 
 
 def _row(plan: FloorPlan | GridPlan, report: PlanReport) -> dict[str, Any]:

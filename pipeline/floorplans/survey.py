@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import NamedTuple, TypeAlias
 
 from pipeline.errors import PlanError
-from pipeline.floorplans.checks import inspect
+from pipeline.floorplans.checked import read_checked
 from pipeline.floorplans.manifest import PATTERN
 from pipeline.floorplans.readers import (
     BAD,
@@ -18,7 +18,6 @@ from pipeline.floorplans.readers import (
     Classified,
     ReadOptions,
     classify,
-    read_plans,
 )
 from pipeline.floorplans.sources import is_archive, lone_file, open_source
 
@@ -119,20 +118,13 @@ def tally_of(entry: Classified, options: ReadOptions) -> FileTally:
     plans, warnings = 0, 0
     floors: set[tuple[str, str]] = set()
     failures: list[str] = []
-    try:
-        if entry.problem is not None or entry.reader is None:
-            raise entry.problem or PlanError(f"{entry.file.original}: not recognised")
-        for found in read_plans(entry.file, entry.reader, options):
-            try:
-                if isinstance(found, PlanError):
-                    raise found
-                warnings += len(inspect(found).warnings)
-                plans += 1
-                floors.add((found.building, found.floor))
-            except PlanError as problem:
-                failures.append(_one_line(problem))
-    except PlanError as problem:
-        failures.append(_one_line(problem))
+    for found in read_checked(entry, options):
+        if isinstance(found, PlanError):
+            failures.append(" ".join(str(found).split()))
+            continue
+        plans += 1
+        warnings += len(found.report.warnings)
+        floors.add((found.plan.building, found.plan.floor))
     return FileTally(plans, frozenset(floors), warnings, tuple(failures))
 
 
@@ -154,7 +146,3 @@ def survey_table(rows: Sequence[SurveyRow]) -> str:
 def _holds_plans(folder: Path) -> bool:
     files = [lone_file(path) for path in sorted(folder.iterdir()) if path.is_file()]
     return any(entry.role == PLAN for entry in classify(files))
-
-
-def _one_line(problem: PlanError) -> str:
-    return " ".join(str(problem).split())

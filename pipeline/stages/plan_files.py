@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pipeline.errors import ConfigError, PlanError
-from pipeline.floorplans.checks import PlanReport, inspect
+from pipeline.floorplans.checked import read_checked
+from pipeline.floorplans.checks import Checked, PlanReport
 from pipeline.floorplans.plan import FloorPlan, GridPlan
 from pipeline.floorplans.readers import (
     BAD,
@@ -19,7 +20,6 @@ from pipeline.floorplans.readers import (
     ReadOptions,
     classify,
     nothing_found,
-    read_plans,
 )
 from pipeline.floorplans.sources import open_source
 from pipeline.stages.parallel import make_all
@@ -56,14 +56,11 @@ def plan_files(root: Path, reader: str | None) -> Iterator[list[Classified]]:
 
 def read_file(entry: Classified, options: ReadOptions) -> Iterator[Found | PlanError]:
     """Yield each plan of a file, checked, or the error that refuses it; raises none itself."""
-    if entry.problem is not None or entry.reader is None:
-        yield entry.problem or PlanError(f"{entry.file.original}: not recognised.")
-        return
-    try:
-        for plan in read_plans(entry.file, entry.reader, options):
-            yield plan if isinstance(plan, PlanError) else _checked(entry, entry.reader.name, plan)
-    except PlanError as problem:
-        yield problem
+    for found in read_checked(entry, options):
+        if isinstance(found, Checked):
+            yield Found(entry.file.name, entry.reader.name if entry.reader else "", *found)
+        else:
+            yield found
 
 
 def read_side_by_side(
@@ -90,7 +87,7 @@ def read_side_by_side(
 
 def told_apart(found: Sequence[Found]) -> list[Found]:
     """Return the plans with ids that differ; see `pipeline.stages.reading.name_apart`."""
-    checked = name_apart([(each.file, (each.plan, each.report)) for each in found])
+    checked = name_apart([(each.file, Checked(each.plan, each.report)) for each in found])
     return [each._replace(plan=plan) for each, (plan, _) in zip(found, checked, strict=True)]
 
 
@@ -116,13 +113,6 @@ def keep_existing(targets: Sequence[Path], *, force: bool) -> None:
     if taken and not force:
         more = f" (and {len(taken) - 1} more)" if len(taken) > 1 else ""
         raise ConfigError(f"{taken[0]}: exists{more}. Give another name, or --force to overwrite it.")
-
-
-def _checked(entry: Classified, reader: str, plan: FloorPlan | GridPlan) -> Found | PlanError:
-    try:
-        return Found(entry.file.name, reader, plan, inspect(plan))
-    except PlanError as problem:
-        return problem
 
 
 def _read_some(task: tuple[Classified, ReadOptions, int | None]) -> list[Found | PlanError]:

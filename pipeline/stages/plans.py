@@ -10,7 +10,7 @@ from omegaconf import DictConfig
 
 from pipeline.errors import ConfigError, PlanError
 from pipeline.files import write_json
-from pipeline.floorplans.checks import inspect
+from pipeline.floorplans.checks import Checked, inspect
 from pipeline.floorplans.generators import GENERATORS
 from pipeline.floorplans.generators.campus import CampusShape
 from pipeline.floorplans.generators.clutter import ClutterShape, add_clutter
@@ -24,7 +24,6 @@ from pipeline.grids.splits import SPLITS
 from pipeline.randomness import stream
 from pipeline.stages.door import StageResult, Workspace, launch, typed, workspace
 from pipeline.stages.parallel import ON_ERROR, Refused, make_all
-from pipeline.stages.reading import Checked as Checked
 from pipeline.stages.reading import ReadConfig, read_all
 from pipeline.stages.settings import require
 
@@ -111,7 +110,7 @@ def _draw(config: PlansConfig, work: Workspace) -> tuple[list[Checked], list[Ref
 def _draw_one(name: tuple[str, str], *, source: str, shape: Any, seed: int) -> Checked:
     split, plan_id = name
     plan = GENERATORS[source].draw(shape, stream(seed, "plans", plan_id), plan_id=plan_id, split=split)
-    return plan, inspect(plan)
+    return Checked(plan, inspect(plan))
 
 
 def _read(config: PlansConfig, work: Workspace) -> tuple[list[Checked], list[Refused]]:
@@ -143,7 +142,7 @@ def _furnish_one(plan: FloorPlan | GridPlan, *, clutter: ClutterShape, seed: int
     """Put furniture on one plan; its seed is apart from the plan's, so that the walls stay what they were."""
     rng = stream(seed, "clutter", plan.plan_id)
     furnished = add_clutter(plan, clutter, rng)
-    return furnished, inspect(furnished)
+    return Checked(furnished, inspect(furnished))
 
 
 def _refuse_doubles(found: Sequence[FloorPlan | GridPlan]) -> None:

@@ -11,6 +11,7 @@ from omegaconf import DictConfig
 
 from pipeline.errors import PlanError
 from pipeline.files import write_json
+from pipeline.floorplans.checks import Checked
 from pipeline.floorplans.plan import FloorPlan, GridPlan
 from pipeline.floorplans.store import read_plans
 from pipeline.grids.occupancy import OccupancyGrid, Point
@@ -21,7 +22,7 @@ from pipeline.grids.splits import SPLITS, split_buildings
 from pipeline.grids.store import GridRecord, Pair, write_pairs, write_worlds
 from pipeline.stages.door import StageResult, Workspace, launch, typed, workspace
 from pipeline.stages.parallel import ON_ERROR, Refused, make_all
-from pipeline.stages.plans import Checked, SplitCounts
+from pipeline.stages.plans import SplitCounts
 from pipeline.stages.settings import RobotConfig, require
 
 NARROW_DOORS = ("stop", "keep")
@@ -110,7 +111,7 @@ def keep_variants(found: Sequence[Checked], most: int | None) -> list[Checked]:
     for plan, report in sorted(found, key=lambda checked: checked[0].plan_id):
         seen[plan.building, plan.floor] += 1
         if most is None or seen[plan.building, plan.floor] <= most:
-            kept.append((plan, report))
+            kept.append(Checked(plan, report))
     return kept
 
 

@@ -9,8 +9,8 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 from pipeline.errors import PlanError
-from pipeline.floorplans.checks import PlanReport, inspect
-from pipeline.floorplans.plan import FloorPlan, GridPlan
+from pipeline.floorplans.checked import read_checked
+from pipeline.floorplans.checks import Checked
 from pipeline.floorplans.read_ranges import RANGES
 from pipeline.floorplans.readers import (
     BAD,
@@ -20,14 +20,11 @@ from pipeline.floorplans.readers import (
     ReadOptions,
     classify,
     nothing_found,
-    read_plans,
 )
 from pipeline.floorplans.sources import open_source
 from pipeline.stages.door import Workspace
 from pipeline.stages.parallel import Refused, make_all
 from pipeline.stages.settings import require
-
-Checked = tuple[FloorPlan | GridPlan, PlanReport]
 
 _SHOWN = 5  # names of files that are no plans
 
@@ -132,7 +129,7 @@ def name_apart(found: Sequence[tuple[str, Checked]]) -> list[Checked]:
     ids = [plan.plan_id for _, (plan, _) in found]
     for more in (_folders, _files, _numbers):
         ids = _distinguish(ids, [name for name, _ in found], more)
-    return [(replace(plan, plan_id=name), report) for name, (_, (plan, report)) in zip(ids, found, strict=True)]
+    return [Checked(replace(plan, plan_id=name), report) for name, (_, (plan, report)) in zip(ids, found, strict=True)]
 
 
 def _distinguish(ids: list[str], names: list[str], more: Callable[[list[str]], list[str]]) -> list[str]:
@@ -164,20 +161,14 @@ def _numbers(names: list[str]) -> list[str]:
 
 def _read_one(entry: Classified, *, options: ReadOptions, on_error: str) -> _OfFile:
     """Read and check the plans of one file."""
-    if entry.problem is not None:
-        raise entry.problem
-    assert entry.reader is not None
-    name = str(entry.file.original)
     result = _OfFile(entry.file.name, [], [])
-    for plan in read_plans(entry.file, entry.reader, options):
-        try:
-            if isinstance(plan, PlanError):
-                raise plan
-            result.checked.append((plan, inspect(plan)))
-        except PlanError as problem:
-            if on_error == "stop":
-                raise
-            result.refused.append(Refused(name, str(problem)))
+    for found in read_checked(entry, options):
+        if isinstance(found, Checked):
+            result.checked.append(found)
+        elif on_error == "stop":
+            raise found
+        else:
+            result.refused.append(Refused(str(entry.file.original), str(found)))
     return result
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from pipeline.errors import TableError
 from pipeline.floorplans import plan as plans
-from pipeline.floorplans.checks import inspect
+from pipeline.floorplans.checks import Checked, inspect
 from pipeline.floorplans.generators.guided_maze import MazeShape, draw_guided_maze
 from pipeline.floorplans.plan import Door
 from pipeline.floorplans.store import read_plans, write_plans
@@ -17,7 +17,7 @@ def test_plans_come_back_as_they_were_written(tmp_path):
     maze = draw_guided_maze(MazeShape(), stream(0, "m"), plan_id="maze", split="test")
     grid = grid_plan(KNOWN, doors=(Door(1.0, 2.0, 0.9),))
     path = tmp_path / "plans.parquet"
-    write_plans(path, [(plan, inspect(plan)) for plan in (maze, grid)])
+    write_plans(path, [Checked(plan, inspect(plan)) for plan in (maze, grid)])
     (maze_again, report), (grid_again, _) = read_plans(path)
     assert maze_again.free.equals_exact(maze.free, 0)
     assert (maze_again.endpoints, maze_again.split) == (maze.endpoints, "test")

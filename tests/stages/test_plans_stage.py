@@ -7,7 +7,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from pipeline.errors import ConfigError, HinterlandError, PlanError, TableError, TrialError
 from pipeline.files import write_json
-from pipeline.floorplans.checks import inspect
+from pipeline.floorplans.checks import Checked, inspect
 from pipeline.floorplans.generators import GENERATORS
 from pipeline.floorplans.plan import Location
 from pipeline.floorplans.store import read_plans, write_plans
@@ -238,7 +238,7 @@ def test_bad_grids_give_one_error_and_leave_nothing(tmp_path, case):
     given, changes, error, message = BAD_GRIDS[case]
     if given is not None:
         plan = grid_plan(KNOWN, **({"split": "train"} | given))
-        write_plans(tmp_path / "plans" / "plans.parquet", [(plan, inspect(plan))])
+        write_plans(tmp_path / "plans" / "plans.parquet", [Checked(plan, inspect(plan))])
     raw = config(tmp_path, radius=0.0, rasterize=FLOORS | {"min_distance_m": 0.6} | changes)
     with pytest.raises(error) as refusal:
         rasterize(raw)
@@ -248,7 +248,7 @@ def test_bad_grids_give_one_error_and_leave_nothing(tmp_path, case):
 
 def test_a_building_drawn_for_two_splits_is_refused(tmp_path):
     two = [grid_plan(KNOWN, plan_id=split, split=split) for split in ("train", "test")]
-    write_plans(tmp_path / "plans" / "plans.parquet", [(plan, inspect(plan)) for plan in two])
+    write_plans(tmp_path / "plans" / "plans.parquet", [Checked(plan, inspect(plan)) for plan in two])
     with pytest.raises(PlanError, match="plans of building b were drawn for"):
         rasterize(config(tmp_path, rasterize=FLOORS))
 
