@@ -65,7 +65,8 @@ def cast_rays(cells: Cells, row: int, col: int, directions: NDArray[np.float64],
                 ranges[beam] = max_range
                 break
             if cells[r, c] != FREE:
-                ranges[beam] = travelled
+                # Where the beam enters the cell, from its place alone: no rounding gathers along the way.
+                ranges[beam] = max((abs(c - col) - 0.5) * delta_x, (abs(r - row) - 0.5) * delta_y)
                 hits[beam] = r * cells.shape[1] + c
                 break
     return Scan(ranges, hits)
