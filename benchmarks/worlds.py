@@ -9,7 +9,8 @@ from pipeline.grids.inflate import disk_offsets
 from pipeline.grids.occupancy import Cell, Point, cell_at
 from pipeline.grids.partial_map import PartialMap, unseen_map
 from pipeline.grids.rasterize import rasterize
-from pipeline.grids.raycast import beam_directions, cast_rays, insert_scan
+from pipeline.grids.beams import beam_tree
+from pipeline.grids.raycast import scan
 from pipeline.randomness import stream
 from pipeline.simulation.world import World, make_world
 
@@ -40,9 +41,8 @@ def explored(trial: Trial, max_range_m: float, *, scans: int = 40) -> PartialMap
     world = trial.world
     rows, cols = world.grid.cells.shape
     map_ = unseen_map(rows, cols)
-    directions, reach = beam_directions(1024), max_range_m / RESOLUTION
+    tree = beam_tree(1024, max_range_m / RESOLUTION, cols)
     free = np.argwhere(world.blocked == 0)
     for row, col in [trial.start, *free[np.random.default_rng(0).choice(len(free), scans)]]:
-        scan = cast_rays(world.grid.cells, row, col, directions, reach)
-        insert_scan(map_.known, map_.status, row, col, directions, scan, disk_offsets(RADIUS / RESOLUTION))
+        scan(world.grid.cells, map_, row, col, tree, disk_offsets(RADIUS / RESOLUTION))
     return map_

@@ -1,94 +1,124 @@
-"""Frontiers: connected boundaries between the space a robot can reach and the space it has not seen.
+"""Frontiers: connected boundaries between the space a robot can reach and the space beyond that may hold the goal.
 
-*Reached* are the cells with a finite travel distance from the robot through known free space. *Beyond* are all
-other cells that no seen obstacle blocks. A frontier is a maximal 8-connected set of reached cells that each have a
-4-neighbour beyond. Only the part of the beyond that may still hold the goal matters: a pocket that the map already
-proves to be closed cannot lead to it, so it gets no frontier.
+A frontier is a maximal 8-connected set of reached cells that each have a 4-neighbour beyond (``pipeline.grids.zones``).
 """
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from pipeline.grids.distances import Field, Status
-from pipeline.grids.partial_map import UNSEEN
-
-Mask = NDArray[np.bool_]
+from pipeline.grids.distances import Field, Indices
+from pipeline.grids.zones import REACHED, Zones
 
 
 @njit(cache=True, nogil=True)
-def flood_beyond(status: Status, reach: Field, goal: int) -> Mask:
-    """Return the cells beyond that are 4-connected to the flat index ``goal`` without entering reached space.
-
-    status: [rows, cols] uint8 of CLEAR, UNSEEN, BLOCKED; reach: [rows, cols] distances from the robot, inf beyond.
-    """
-    rows, cols = status.shape
-    flat = status.ravel()
-    dist = reach.ravel()
-    mask = np.zeros(rows * cols, dtype=np.bool_)
-    if flat[goal] > UNSEEN or dist[goal] != np.inf:
-        return mask.reshape(rows, cols)
-    stack = np.empty(rows * cols, dtype=np.int32)
-    stack[0] = goal
-    mask[goal] = True
-    count = 1
-    while count > 0:
-        count -= 1
-        cell = stack[count]
-        for move in range(4):
-            other = cell + (cols if move == 0 else -cols if move == 1 else 1 if move == 2 else -1)
-            if not mask[other] and flat[other] <= UNSEEN and dist[other] == np.inf:
-                mask[other] = True
-                stack[count] = other
-                count += 1
-    return mask.reshape(rows, cols)
-
-
-@njit(cache=True, nogil=True)
-def label_frontiers(  # noqa: PLR0915  # one pass; a call per cell would cost more than the work on it
-    reach: Field, beyond: Mask, widen: int
-) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the frontier cells in row-major order and their group numbers: flat [k] int32, group [k] int32.
-
-    Groups are 8-connected once the frontiers are widened by ``widen`` cells within reached space, so that a boundary
-    broken up by furniture is one, while a wall keeps two apart; they are numbered by their first cell.
-    """
-    rows, cols = reach.shape
-    dist = reach.ravel()
-    goalward = beyond.ravel()
-    found = np.empty(rows * cols, dtype=np.int32)
-    order = np.zeros(rows * cols, dtype=np.int32)  # 1 + place in `found`, 0 elsewhere
+def find_border(zones: Zones, cols: int, mark: int) -> Indices:
+    """Return all reached cells with a 4-neighbour of ``mark``, ascending: [k] int32."""
+    found = np.empty(zones.size, dtype=np.int32)
     count = 0
-    for row in range(1, rows - 1):
-        for col in range(1, cols - 1):
-            cell = row * cols + col
-            if dist[cell] == np.inf:
-                continue
-            if goalward[cell + cols] or goalward[cell - cols] or goalward[cell + 1] or goalward[cell - 1]:
-                found[count] = cell
-                count += 1
-                order[cell] = count
-    near = found[:count].copy()  # widening adds cells of no frontier behind the `count` that are
+    for cell in range(cols + 1, zones.size - cols - 1):
+        if zones[cell] == REACHED and _faces(zones, cols, cell, mark):
+            found[count] = cell
+            count += 1
+    return found[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def renew_border(zones: Zones, cols: int, mark: int, border: Indices, fresh: Indices) -> Indices:
+    """Return what ``find_border`` would, given the ``border`` before and the cells reached since, ``fresh``."""
+    added = np.empty(fresh.size, dtype=np.int32)
+    count = 0
+    for cell in fresh:
+        if _faces(zones, cols, cell, mark):
+            added[count] = cell
+            count += 1
+    added = np.sort(added[:count])
+    merged = np.empty(border.size + count, dtype=np.int32)
+    k, total = 0, 0
+    for cell in border:
+        if zones[cell] != REACHED or not _faces(zones, cols, cell, mark):
+            continue
+        while k < count and added[k] < cell:
+            merged[total] = added[k]
+            k += 1
+            total += 1
+        merged[total] = cell
+        total += 1
+    while k < count:
+        merged[total] = added[k]
+        k += 1
+        total += 1
+    return merged[:total].copy()
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _faces(zones: Zones, cols: int, cell: int, mark: int) -> bool:
+    return bool(
+        zones[cell + cols] == mark or zones[cell - cols] == mark or zones[cell + 1] == mark or zones[cell - 1] == mark
+    )
+
+
+@njit(cache=True, nogil=True)
+def group_border(
+    zones: Zones, cols: int, border: Indices, widen: int, order: Indices
+) -> tuple[Indices, Indices, Indices]:
+    """Return the border cells frontier by frontier, where each frontier starts, and the cell nearest to its middle.
+
+    Frontiers are 8-connected once they are widened by ``widen`` cells within reached space, so that a boundary broken
+    up by furniture is one, while a wall keeps two apart. They come in order of their first cell, each ascending.
+    order: [cells] int32 of zeros, left as it was.
+    Returns cells [k] int32, starts [frontiers + 1] int32, middles [frontiers] int32.
+    """
+    near = _widened(zones, cols, border, widen, order)
+    groups, count = _connect(near, cols, border.size, order)
+    for cell in near:
+        order[cell] = 0
+    starts = np.zeros(count + 1, dtype=np.int32)
+    for k in range(border.size):
+        starts[groups[k] + 1] += 1
+    for group in range(count):
+        starts[group + 1] += starts[group]
+    cells, places = np.empty_like(border), starts.copy()
+    for k in range(border.size):
+        cells[places[groups[k]]] = border[k]
+        places[groups[k]] += 1
+    middles = np.empty(count, dtype=np.int32)
+    for group in range(count):
+        middles[group] = _middle(cells[starts[group] : starts[group + 1]], cols)
+    return cells, starts, middles
+
+
+@njit(cache=True, nogil=True)
+def _widened(zones: Zones, cols: int, border: Indices, widen: int, order: Indices) -> Indices:
+    """Return the border and behind it the cells that widening adds; ``order`` gets 1 + the place of each."""
+    near = border
+    for k in range(border.size):
+        order[border[k]] = k + 1
     for _ in range(widen):
         added = near.size
         wider = np.empty(9 * near.size, dtype=np.int32)
         wider[:added] = near
-        for k in range(near.size):
+        for cell in near:
             for drow in range(-1, 2):
                 for dcol in range(-1, 2):
-                    cell = near[k] + drow * cols + dcol
-                    if order[cell] == 0 and dist[cell] != np.inf:
-                        wider[added] = cell
+                    other = cell + drow * cols + dcol
+                    if order[other] == 0 and zones[other] == REACHED:
+                        wider[added] = other
                         added += 1
-                        order[cell] = added
-        near = wider[:added].copy()
+                        order[other] = added
+        near = wider[:added]
+    return near
+
+
+@njit(cache=True, nogil=True)
+def _connect(near: Indices, cols: int, border: int, order: Indices) -> tuple[Indices, int]:
+    """Return the group of each cell of ``near`` and the number of groups, numbered by their first border cell."""
     groups = np.full(near.size, -1, dtype=np.int32)
     stack = np.empty(near.size, dtype=np.int32)
-    group = 0
-    for first in range(count):
+    count = 0
+    for first in range(border):
         if groups[first] >= 0:
             continue
-        groups[first] = group
+        groups[first] = count
         stack[0] = first
         depth = 1
         while depth > 0:
@@ -98,8 +128,34 @@ def label_frontiers(  # noqa: PLR0915  # one pass; a call per cell would cost mo
                 for dcol in range(-1, 2):
                     place = order[cell + drow * cols + dcol] - 1
                     if place >= 0 and groups[place] < 0:
-                        groups[place] = group
+                        groups[place] = count
                         stack[depth] = place
                         depth += 1
-        group += 1
-    return found[:count].copy(), groups[:count].copy()
+        count += 1
+    return groups, count
+
+
+@njit(cache=True, nogil=True)
+def _middle(cells: Indices, cols: int) -> int:
+    rows, columns = cells // cols, cells % cols
+    off = (rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2
+    middle: int = cells[np.argmin(off)]
+    return middle
+
+
+@njit(cache=True, nogil=True)
+def find_gates(cells: Indices, starts: Indices, reach: Field, onward: Field) -> tuple[Indices, Field]:
+    """Return each frontier's gate, its cell on the shortest way robot -> frontier -> goal, and that way's length.
+
+    cells, starts: frontiers as from ``group_border``; reach, onward: distances [cells] from the robot and to the goal.
+    Of equal ways the one through the first cell counts. Returns gates [frontiers] int32, through [frontiers] float64.
+    """
+    count = starts.size - 1
+    gates, through = np.empty(count, dtype=np.int32), np.full(count, np.inf)
+    for group in range(count):
+        gates[group] = cells[starts[group]]
+        for k in range(starts[group], starts[group + 1]):
+            way = reach[cells[k]] + onward[cells[k]]
+            if way < through[group]:
+                gates[group], through[group] = cells[k], way
+    return gates, through

@@ -1,14 +1,15 @@
 """A subgoal stands for one frontier: where known free space meets the space that may hold the goal."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-from pipeline.grids.distances import NO_TARGETS, Field, settle
-from pipeline.grids.frontiers import flood_beyond, label_frontiers
-from pipeline.grids.partial_map import CLEAR
+from pipeline.grids.distances import NOWHERE, Field, Indices, Workspace, workspace_for
+from pipeline.grids.fields import MapField, RovingField
+from pipeline.grids.frontiers import find_border, group_border, renew_border
+from pipeline.grids.partial_map import CHANGES, CLEAR, UNSEEN, PartialMap
+from pipeline.grids.zones import FRESH, MARK, REACHED, REBUILT, Zones, advance, divide
 from pipeline.planning.seen import Seen
 
 
@@ -17,46 +18,117 @@ class Subgoal(NamedTuple):
 
     cells: [k] int32 flat indices of the frontier's cells, ascending; its identity from step to step.
     point: flat index of the frontier cell nearest to the mean of all of them.
+    key: the frontier's identity: equal exactly when the cells are.
     """
 
-    cells: NDArray[np.int32]
+    cells: Indices
     point: int
+    key: bytes
+
+
+class Surroundings:
+    """What a robot's map says of the ways on, kept up to date as the map grows. One instance serves one trial.
+
+    zones: [cells] uint8, what is reached and what is beyond, see ``pipeline.grids.zones``.
+    subgoals: the frontiers that may lead to the goal, in order of their first cells; empty when the goal is in reach or
+        proved unreachable. Frontiers within twice ``Seen.widen`` cells of each other, by way of reached space, are one.
+    cells, starts: the same frontiers as arrays, see ``pipeline.grids.frontiers.group_border``.
+    entered: the cells that became reached, in order, since ``divisions`` last rose: a journal for whoever keeps
+        something that depends on reached space.
+    work: room for kernels.
+    """
+
+    zones: Zones
+    subgoals: list[Subgoal]
+    cells: Indices
+    starts: Indices
+    entered: Indices
+    divisions: int
+    work: Workspace
+
+    def __init__(self, seen: Seen) -> None:
+        """Look at the map of ``seen`` as it is."""
+        self._map, self._cols = seen.map, seen.map.status.shape[1]
+        self._goal = seen.goal.row * self._cols + seen.goal.col
+        size = seen.map.status.size
+        self.work = workspace_for(size)
+        self.zones = np.empty(size, dtype=np.uint8)
+        self._counts = np.zeros(3, dtype=np.int64)
+        self._journal, self._order = np.empty(size, dtype=np.int32), np.zeros(size, dtype=np.int32)
+        self._reach = RovingField(seen.map, CLEAR, self.work)
+        self._reached: Field | None = None
+        self._onward: MapField | None = None
+        self._read = int(seen.map.written[CHANGES])
+        self._border: Indices = NOWHERE
+        self.divisions = 0
+        divide(seen.map.status, self._home(seen), self._goal, self.zones, self._counts, self.work.stack)
+        self._begin_journal()
+        self._make_subgoals(seen)
+
+    def are_of(self, map_: PartialMap) -> bool:
+        """Whether these are the surroundings in this very map, earlier or now."""
+        return map_.status is self._map.status
+
+    def update(self, seen: Seen) -> None:
+        """Take in what was seen since; ``seen`` is of the trial that this instance was made for."""
+        written = int(seen.map.written[CHANGES])
+        changed, room = seen.map.changes[self._read : written], self._journal[self.entered.size :]
+        self._read = written
+        status, home = seen.map.status, self._home(seen)
+        advance(status, home, self._goal, changed, self.zones, self._counts, room, self.work.stack)
+        if self._counts[REBUILT]:
+            self._begin_journal()
+        else:
+            fresh = room[: self._counts[FRESH]]
+            self.entered = self._journal[: self.entered.size + fresh.size]
+            self._border = renew_border(self.zones, self._cols, self._counts[MARK], self._border, fresh)
+        self._make_subgoals(seen)
 
     @property
-    def key(self) -> bytes:
-        """The frontier's identity: equal exactly when the cells are."""
-        return self.cells.tobytes()
+    def goal_in_reach(self) -> bool:
+        """Whether known free space leads to the goal."""
+        return bool(self.zones[self._goal] == REACHED)
+
+    @property
+    def reach(self) -> Field:
+        """Travel distance [cells] from the robot through known free space: [cells].
+
+        True at the frontiers, or at the goal once it is in reach, and everywhere nearer by.
+        """
+        if self._reached is None:
+            targets = np.array([self._goal], dtype=np.int32) if self.goal_in_reach else self.cells
+            self._reached = self._reach.settle(self._robot, targets)
+        return self._reached
+
+    @property
+    def onward(self) -> Field:
+        """Travel distance [cells] to the goal with the unknown taken as free: [cells]."""
+        if self._onward is None:
+            self._onward = MapField(self._map, UNSEEN, self._goal, self.work)
+        return self._onward.catch_up()
+
+    def _make_subgoals(self, seen: Seen) -> None:
+        self._robot, self._reached = self._home(seen), None
+        border = self._border if self.zones[self._goal] == self._counts[MARK] else NOWHERE
+        self.cells, self.starts, points = group_border(self.zones, self._cols, border, seen.widen, self._order)
+        bounds: list[int] = self.starts.tolist()
+        frontiers = [self.cells[first:last] for first, last in pairwise(bounds)]
+        self.subgoals = [
+            Subgoal(each, point, each.tobytes()) for each, point in zip(frontiers, points.tolist(), strict=True)
+        ]
+
+    def _begin_journal(self) -> None:
+        self.divisions += 1
+        self.entered = self._journal[:0]
+        self._border = find_border(self.zones, self._cols, self._counts[MARK])
+
+    def _home(self, seen: Seen) -> int:
+        return int(seen.pose.row * self._cols + seen.pose.col)
 
 
-class Surroundings(NamedTuple):
-    """What a map says of the ways on.
-
-    reach: [rows, cols] travel distance [cells] from the robot through known free space, inf elsewhere.
-    subgoals: the frontiers that may lead to the goal; empty when it is reached or proved unreachable.
-    """
-
-    reach: Field
-    subgoals: list[Subgoal]
-
-
-def find_subgoals(seen: Seen) -> Surroundings:
-    """Return the robot's reach and its subgoals, ordered by each frontier's first cell.
-
-    Frontiers that lie within twice ``seen.widen`` cells of each other, by way of reached space, count as one.
-    """
-    cols = seen.map.status.shape[1]
-    reach = settle(seen.map.status, CLEAR, seen.pose.row * cols + seen.pose.col, NO_TARGETS)
-    beyond = flood_beyond(seen.map.status, reach, seen.goal.row * cols + seen.goal.col)
-    cells, groups = label_frontiers(reach, beyond, seen.widen)
-    if cells.size == 0:
-        return Surroundings(reach, [])
-    members = [cells[groups == group] for group in range(int(groups.max()) + 1)]
-    return Surroundings(reach, [Subgoal(frontier, int(_middle(frontier, cols))) for frontier in members])
-
-
-@njit(cache=True, nogil=True)
-def _middle(cells: NDArray[np.int32], cols: int) -> int:
-    rows, columns = cells // cols, cells % cols
-    off = (rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2
-    middle: int = cells[np.argmin(off)]
-    return middle
+def surroundings_of(seen: Seen, before: Surroundings | None) -> Surroundings:
+    """Return the surroundings of ``seen``: those ``before`` brought up to date, if they are of the same map."""
+    if before is None or not before.are_of(seen.map):
+        return Surroundings(seen)
+    before.update(seen)
+    return before

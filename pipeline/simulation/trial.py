@@ -7,13 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.grids.distances import DIAGONAL
-from pipeline.grids.occupancy import FREE, OCCUPIED, Cell, Cells
-from pipeline.grids.partial_map import CLEAR, PartialMap, unseen_map
-from pipeline.grids.raycast import block_around, insert_scan
+from pipeline.grids.occupancy import Cell, Cells
+from pipeline.grids.partial_map import unseen_map
 from pipeline.planning.protocols import Planner
 from pipeline.planning.seen import Pose, Seen
-from pipeline.simulation.lidar import Lidar, robot_frame_ranges, sense
+from pipeline.simulation.lidar import Lidar, beams_in, robot_frame_ranges, sense
+from pipeline.simulation.motion import pose_after, walk
 from pipeline.simulation.world import World, require_standing_room
 
 
@@ -45,13 +44,6 @@ class Episode(NamedTuple):
     known: Cells
 
 
-class _Stride(NamedTuple):
-    pose: Pose
-    travelled: float  # [cells]
-    rest: NDArray[np.int32]  # of the path, from the robot's cell on; empty where something was touched
-    passed: NDArray[np.int32]
-
-
 def run_trial(
     world: World,
     start: Cell,
@@ -79,7 +71,7 @@ def run_trial(
     """
     require_standing_room(world, start, "start")
     rows, cols = world.grid.cells.shape
-    map_ = unseen_map(rows, cols)
+    map_, beams, step_cells = unseen_map(rows, cols), beams_in(world, lidar), step_m / world.grid.resolution
     pose = Pose(start.row, start.col, 0.0)
     path: NDArray[np.int32] = np.empty(0, dtype=np.int32)
     track = [np.array([start.row * cols + start.col], dtype=np.int32)]
@@ -87,24 +79,24 @@ def run_trial(
     ending, steps = Ending.CUT_OFF, 0
     widen = round(merge_m / (2.0 * world.grid.resolution))
     for step in range(max_steps or 4 * rows * cols):
-        scan = sense(world, lidar, pose)
-        fresh = insert_scan(map_.known, map_.status, pose.row, pose.col, lidar.directions, scan, world.disk)
+        exact, fresh = sense(world, beams, map_, pose)
         steps = step + 1
         if (pose.row, pose.col) == goal:
             ending = Ending.REACHED
             break
         if fresh or path.size < 2:
-            ranges = robot_frame_ranges(lidar, scan.ranges, pose, world.grid.resolution, rng)
+            ranges = robot_frame_ranges(lidar, exact, pose, world.grid.resolution, rng)
             chosen = planner.plan(Seen(map_, pose, goal, ranges, world.grid.resolution, step, widen))
             decisions += 1
             if chosen is None:
                 ending = Ending.UNREACHABLE
                 break
             path = chosen
-        stride = _walk(path, map_, world, pose, step_m / world.grid.resolution)
-        track.append(stride.passed)
-        pose, path = stride.pose, stride.rest
-        travelled += stride.travelled
+        moves, length, touched = walk(path, map_, world.grid.cells, world.blocked, world.disk, step_cells)
+        track.append(path[1 : moves + 1])
+        pose = pose_after(path, moves, pose, cols)
+        path = path[:0] if touched else path[moves:]
+        travelled += length
     return Episode(
         ending,
         travelled * world.grid.resolution,
@@ -114,45 +106,3 @@ def run_trial(
         perf_counter() - began,
         map_.known,
     )
-
-
-def _walk(path: NDArray[np.int32], map_: PartialMap, world: World, pose: Pose, length: float) -> _Stride:
-    """Follow ``path`` through space seen to be free for the cell nearest to ``length`` [cells], at least one.
-
-    An obstacle that hid from the scan, such as the far side of a corner, stops the robot when its body would touch
-    it; it then enters the map, and the planner is asked again.
-    """
-    cols = map_.status.shape[1]
-    flat = map_.status.ravel()
-    travelled, used = 0.0, 0
-    row, col, heading = pose
-    rest = path
-    while used + 1 < path.size and flat[path[used + 1]] == CLEAR:
-        next_row, next_col = divmod(int(path[used + 1]), cols)
-        # A corner that was not yet seen may be a wall: the robot scans before it passes one.
-        if flat[row * cols + next_col] != CLEAR or flat[next_row * cols + col] != CLEAR:
-            break
-        ahead = [(next_row, next_col), (row, next_col), (next_row, col)]
-        if any(world.blocked[cell] for cell in ahead):
-            for cell in ahead:
-                _touch(map_, world, *cell)
-            rest = path[:0]
-            break
-        move = DIAGONAL if next_row != row and next_col != col else 1.0
-        if used and travelled + move - length > length - travelled + 1e-9:  # the nearer of the two ends
-            break
-        heading = float(np.arctan2(next_row - row, next_col - col) % (2.0 * np.pi))
-        row, col = next_row, next_col
-        travelled += move
-        used += 1
-    return _Stride(Pose(row, col, heading), travelled, rest[used:], path[1 : used + 1])
-
-
-def _touch(map_: PartialMap, world: World, row: int, col: int) -> None:
-    """Enter into the map every obstacle that a robot at (row, col) would touch."""
-    rows, cols = world.grid.cells.shape
-    around = world.disk + np.array([row, col], dtype=np.int32)
-    inside = around[(around >= 0).all(axis=1) & (around < (rows, cols)).all(axis=1)]
-    for obstacle in inside[world.grid.cells[inside[:, 0], inside[:, 1]] != FREE]:
-        map_.known[tuple(obstacle)] = OCCUPIED
-        block_around(map_.status, int(obstacle[0]), int(obstacle[1]), world.disk)

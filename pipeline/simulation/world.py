@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import TrialError
-from pipeline.grids.distances import NO_TARGETS, settle
+from pipeline.grids.distances import SHUT, open_field, settle, workspace_for
 from pipeline.grids.inflate import disk_offsets, inflate
 from pipeline.grids.occupancy import FREE, Cell, OccupancyGrid, contains
 
@@ -44,9 +44,10 @@ def make_world(name: str, grid: OccupancyGrid, radius_m: float) -> World:
 def known_map_distance(world: World, start: Cell, goal: Cell) -> float:
     """Return the shortest travel distance [m] in the true map, inf if there is none: a bound, not a competitor."""
     cols = world.blocked.shape[1]
-    target = np.array([goal.row * cols + goal.col], dtype=np.int32)
-    field = settle(world.blocked, 0, start.row * cols + start.col, target if target.size else NO_TARGETS)
-    return float(field[goal.row, goal.col]) * world.grid.resolution
+    target = goal.row * cols + goal.col
+    field = open_field(world.blocked, 0)
+    settle(field, cols, start.row * cols + start.col, np.array([target], dtype=np.int32), workspace_for(field.size))
+    return float(field[target]) * world.grid.resolution if field[target] != SHUT else np.inf
 
 
 def require_standing_room(world: World, cell: Cell, what: str) -> None:

@@ -16,13 +16,13 @@ from pipeline.evaluation.cost_table import format_cost_table
 from pipeline.evaluation.summary import flat_metrics, summarise
 from pipeline.evaluation.trials import (
     EpisodeRow,
-    EstimateRow,
     TrialRow,
     write_episodes,
     write_estimates,
     write_trials,
 )
 from pipeline.files import write_json, write_table
+from pipeline.grids.distances import NOWHERE
 from pipeline.grids.occupancy import center_of
 from pipeline.grids.store import GridRecord, Pair, read_pairs, read_worlds
 from pipeline.planning.protocols import Estimator
@@ -162,19 +162,19 @@ def _tasks(source: Path, config: EvaluateConfig) -> list[_Task]:
 def _run_unit(scratch: Path, task: _Task, *, settings: _Settings) -> None:
     rows: dict[str, list[Any]] = {name: [] for name in TABLES}
     learned = LearnedEstimator.load(settings.network) if "learned" in settings.evaluate.planners else None
+    radius = settings.robot.radius_m
+    worlds = {name: make_world(name, record.grid, radius) for name, record in task.worlds.items()}
     for index, pair in enumerate(task.pairs):
-        trials, estimates, episodes = _run_pair(pair, task.worlds[pair.plan_id], learned, settings)
-        rows["trials"] += trials
-        rows["estimates"] += estimates
-        rows["episodes"] += episodes if index < task.recorded else []
+        world = worlds[pair.plan_id]
+        drives = _drive_pair(pair, world, learned, settings)
+        rows["trials"] += [_trial_row(pair, world, found) for found in drives] + [_known_map_row(pair, world)]
+        rows["estimates"] += [row for found in drives for row in found.estimates]
+        rows["episodes"] += [_episode_row(pair, world, found) for found in drives if index < task.recorded]
     for name, write in TABLES.items():
         write(scratch / f"{name}.parquet", rows[name])
 
 
-def _run_pair(
-    pair: Pair, record: GridRecord, learned: Estimator | None, settings: _Settings
-) -> tuple[list[TrialRow], list[EstimateRow], list[EpisodeRow]]:
-    world = make_world(pair.plan_id, record.grid, settings.robot.radius_m)
+def _drive_pair(pair: Pair, world: World, learned: Estimator | None, settings: _Settings) -> list[Drive]:
     rules = Rules(
         lidar=make_lidar(**asdict(settings.sensor)),
         step_m=settings.robot.step_m,
@@ -183,14 +183,11 @@ def _run_pair(
         max_steps=settings.evaluate.max_steps,
         plan_over=partial(_plan_over, config=settings.planner),
     )
-    drives = [
+    return [
         drive(name, world, pair.start, pair.goal, rules, trial_id=pair.pair_id, learned=learned,
               rng=stream(settings.seed, "evaluate", pair.pair_id))
         for name in settings.evaluate.planners
     ]  # fmt: skip
-    trials = [_trial_row(pair, world, found) for found in drives] + [_known_map_row(pair, world)]
-    estimates = [row for found in drives for row in found.estimates]
-    return trials, estimates, [_episode_row(pair, world, found) for found in drives]
 
 
 def _plan_over(estimator: Estimator, config: PlannerConfig) -> SubgoalPlanner:
@@ -216,7 +213,10 @@ def _row(
 
 
 def _episode_row(pair: Pair, world: World, found: Drive) -> EpisodeRow:
-    path_row, path_col = np.divmod(found.episode.path, world.grid.cells.shape[1])
+    cols = world.grid.cells.shape[1]
+    path_row, path_col = np.divmod(found.episode.path, cols)
+    sizes = np.array([frontier.cells.size for frontier in found.frontiers], dtype=np.int64)
+    cells = np.concatenate([frontier.cells for frontier in found.frontiers]) if sizes.size else NOWHERE
     return EpisodeRow(
         trial_id=pair.pair_id,
         planner=found.planner,
@@ -228,10 +228,10 @@ def _episode_row(pair: Pair, world: World, found: Drive) -> EpisodeRow:
         known=found.episode.known,
         path_row=path_row,
         path_col=path_col,
-        frontier_step=[cell.step for cell in found.frontiers],
-        frontier_row=[cell.row for cell in found.frontiers],
-        frontier_col=[cell.col for cell in found.frontiers],
-        frontier_p=[cell.p_success for cell in found.frontiers],
+        frontier_step=np.repeat(np.array([frontier.step for frontier in found.frontiers], dtype=np.int64), sizes),
+        frontier_row=cells // cols,
+        frontier_col=cells % cols,
+        frontier_p=np.repeat(np.array([frontier.p_success for frontier in found.frontiers], dtype=np.float64), sizes),
         cost_m=found.episode.travelled,
         start_row=pair.start.row,
         start_col=pair.start.col,

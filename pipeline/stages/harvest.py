@@ -105,11 +105,11 @@ def _write_shard(
     scratch: Path, task: _Task, *, config: HarvestConfig, sensor: SensorConfig, robot: RobotConfig, seed: int
 ) -> None:
     lidar = make_lidar(**asdict(sensor))
+    worlds = {name: make_world(name, record.grid, robot.radius_m) for name, record in task.worlds.items()}
     datums: list[Datum] = []
     for pair in task.pairs:
-        record = task.worlds[pair.plan_id]
         _, found = harvest_trial(
-            make_world(pair.plan_id, record.grid, robot.radius_m),
+            worlds[pair.plan_id],
             pair.start,
             pair.goal,
             Origin(pair.pair_id, pair.plan_id, pair.building, pair.environment, pair.split, seed),

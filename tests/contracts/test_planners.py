@@ -62,6 +62,7 @@ def test_planner_keeps_the_contract(name: str, lines: tuple[str, ...]) -> None:
 
 class _Broken(OptimisticPlanner):
     def __init__(self, harm: str) -> None:
+        super().__init__()
         self._harm = harm
 
     def plan(self, seen: Seen) -> np.ndarray | None:

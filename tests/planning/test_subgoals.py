@@ -5,9 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.grids.occupancy import FREE, OCCUPIED, UNKNOWN, Cell, Cells
-from pipeline.grids.partial_map import BLOCKED, CLEAR, UNSEEN, PartialMap
+from pipeline.grids.partial_map import BLOCKED, CLEAR, UNSEEN, map_of
 from pipeline.planning.seen import Pose, Seen
-from pipeline.planning.subgoals import find_subgoals
+from pipeline.planning.subgoals import Surroundings
 from tests.twins import MOVES, slow_components, slow_field
 from tests.worlds import draw
 
@@ -17,12 +17,12 @@ CROSS = [(1, 0), (-1, 0), (0, 1), (0, -1)]
 def seen_of(known: Cells, robot: Cell, goal: Cell) -> Seen:
     status = np.select([known == FREE, known == UNKNOWN], [CLEAR, UNSEEN], BLOCKED).astype(np.uint8)
     status[0], status[-1], status[:, 0], status[:, -1] = BLOCKED, BLOCKED, BLOCKED, BLOCKED
-    return Seen(PartialMap(known, status), Pose(*robot, 0.0), goal, np.zeros(8, np.float32), 1.0, 0)
+    return Seen(map_of(known, status), Pose(*robot, 0.0), goal, np.zeros(8, np.float32), 1.0, 0)
 
 
 def cells_of(seen: Seen) -> list[set[tuple[int, int]]]:
     cols = seen.map.known.shape[1]
-    return [set(map(tuple, np.stack(np.divmod(s.cells, cols), 1).tolist())) for s in find_subgoals(seen).subgoals]
+    return [set(map(tuple, np.stack(np.divmod(s.cells, cols), 1).tolist())) for s in Surroundings(seen).subgoals]
 
 
 def test_two_ways_on_make_two_subgoals() -> None:
@@ -62,7 +62,7 @@ def test_a_goal_that_was_seen_but_is_cut_off_still_has_subgoals() -> None:
 
 def test_the_point_is_the_middle_of_the_frontier() -> None:
     drawn = draw("#######", "#S....#", "#.....#", "#?????#", "#??G??#", "#######")
-    (subgoal,) = find_subgoals(seen_of(drawn.grid.cells, drawn.start, drawn.goal)).subgoals
+    (subgoal,) = Surroundings(seen_of(drawn.grid.cells, drawn.start, drawn.goal)).subgoals
     assert divmod(subgoal.point, 7) == (3, 3)
 
 

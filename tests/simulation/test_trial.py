@@ -5,9 +5,10 @@ import pytest
 
 from pipeline.errors import ConfigError, TrialError
 from pipeline.grids.occupancy import Cell
+from pipeline.grids.partial_map import unseen_map
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.seen import Pose, Seen
-from pipeline.simulation.lidar import make_lidar, robot_frame_ranges, sense
+from pipeline.simulation.lidar import beams_in, make_lidar, robot_frame_ranges, sense
 from pipeline.simulation.trial import Ending, Episode, run_trial
 from pipeline.simulation.world import known_map_distance, make_world
 from pipeline.systems.subgoals.perfect import PerfectEstimator
@@ -79,7 +80,8 @@ def test_ranges_turn_with_the_robot() -> None:
     world, lidar = make_world("hall", drawn.grid, 0.0), small_lidar()
     for heading, ahead, left in ((0.0, 5.5, 2.5), (np.pi / 2, 2.5, 1.5)):
         pose = Pose(1, 2, heading)
-        ranges = robot_frame_ranges(lidar, sense(world, lidar, pose).ranges, pose, 1.0, np.random.default_rng(0))
+        exact, _ = sense(world, beams_in(world, lidar), unseen_map(*world.blocked.shape), pose)
+        ranges = robot_frame_ranges(lidar, exact, pose, 1.0, np.random.default_rng(0))
         assert ranges.dtype == np.float32 and ranges.size == 256
         assert ranges[0] == pytest.approx(ahead)
         assert ranges[64] == pytest.approx(left)
@@ -89,7 +91,7 @@ def test_noise_is_seeded_and_stays_within_range() -> None:
     drawn = draw(*TWO_ROOMS)
     world, lidar = make_world("drawn", drawn.grid, 0.0), small_lidar(5.0, noise_m=0.3)
     pose = Pose(drawn.start.row, drawn.start.col, 0.0)
-    exact = sense(world, lidar, pose).ranges
+    exact, _ = sense(world, beams_in(world, lidar), unseen_map(*world.blocked.shape), pose)
     one, two = (robot_frame_ranges(lidar, exact, pose, 1.0, np.random.default_rng(7)) for _ in range(2))
     assert np.array_equal(one, two) and not np.allclose(one, exact)
     assert one.min() >= 0.0 and one.max() <= 5.0

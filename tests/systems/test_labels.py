@@ -5,11 +5,13 @@ import pytest
 from hypothesis import given, settings
 
 from pipeline.grids.partial_map import UNSEEN
+from pipeline.grids.zones import REACHED
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.seen import Seen
-from pipeline.planning.subgoals import find_subgoals
+from pipeline.planning.subgoals import Surroundings
 from pipeline.simulation.trial import run_trial
 from pipeline.simulation.world import World, make_world
+from pipeline.systems.subgoals.beyond import Beyond
 from pipeline.systems.subgoals.labels import Label, LabelBook, label_subgoals, misclassification_costs
 from tests.twins import slow_field
 from tests.worlds import Drawing, cluttered_worlds, draw, small_lidar
@@ -61,10 +63,11 @@ def slow_label(world: World, seen: Seen, reached: np.ndarray, cells: np.ndarray,
 def test_labels_equal_the_slow_definition(drawn: Drawing) -> None:
     world, steps = explore(drawn, reach=2.5)
     for seen in steps:
-        around = find_subgoals(seen)
-        found = label_subgoals(world, seen, around, around.subgoals)
+        around = Surroundings(seen)
+        found = label_subgoals(Beyond(world, seen, around), seen, around, around.subgoals)
+        reached = (around.zones == REACHED).reshape(world.blocked.shape)
         for subgoal, label in zip(around.subgoals, found, strict=True):
-            expected = slow_label(world, seen, np.isfinite(around.reach), subgoal.cells, subgoal.point)
+            expected = slow_label(world, seen, reached, subgoal.cells, subgoal.point)
             assert label == pytest.approx(expected, abs=1e-6)
 
 
@@ -74,9 +77,9 @@ def test_as_long_as_the_goal_is_not_in_reach_some_subgoal_leads_there_exactly_if
     world, steps = explore(drawn)
     reachable = np.isfinite(slow_field(world.blocked == 0, *drawn.start)[drawn.goal])
     for seen in steps:
-        around = find_subgoals(seen)
-        labels = label_subgoals(world, seen, around, around.subgoals)
-        if np.isinf(around.reach[seen.goal]):
+        around = Surroundings(seen)
+        labels = label_subgoals(Beyond(world, seen, around), seen, around, around.subgoals)
+        if not around.goal_in_reach:
             assert any(label.leads for label in labels) == reachable
 
 
@@ -92,8 +95,8 @@ def test_a_dead_end_and_a_way_through_by_hand() -> None:
         "###############",
     )
     world, steps = explore(drawn, reach=2.2)
-    around = find_subgoals(steps[0])
-    labels = label_subgoals(world, steps[0], around, around.subgoals)
+    around = Surroundings(steps[0])
+    labels = label_subgoals(Beyond(world, steps[0], around), steps[0], around, around.subgoals)
     assert all(label.leads for label in labels), "both ways lead round to the goal"
     assert all(label.delta_success >= 0.0 for label in labels)
 
@@ -108,5 +111,5 @@ def test_the_book_marks_each_frontier_once() -> None:
     drawn = draw("##########", "#S.......#", "#######..#", "#G.......#", "##########")
     world, steps = explore(drawn)
     book = LabelBook(world, floor_m=1.0)
-    first = book.mark_changed(steps[0], find_subgoals(steps[0]))
-    assert first and not book.mark_changed(steps[0], find_subgoals(steps[0]))
+    first = book.mark_changed(steps[0], Surroundings(steps[0]))
+    assert first and not book.mark_changed(steps[0], Surroundings(steps[0]))

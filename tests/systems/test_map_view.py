@@ -5,9 +5,9 @@ import pytest
 
 from pipeline.datums import MAP_VIEW as STORED
 from pipeline.grids.occupancy import Cell
-from pipeline.grids.partial_map import BLOCKED, CLEAR, UNSEEN, PartialMap
+from pipeline.grids.partial_map import BLOCKED, CLEAR, UNSEEN, map_of
 from pipeline.planning.seen import Pose, Seen
-from pipeline.planning.subgoals import find_subgoals
+from pipeline.planning.subgoals import Surroundings
 from pipeline.systems.subgoals.map_inputs import (
     DIRECTIONS,
     FARTHEST_M,
@@ -17,7 +17,7 @@ from pipeline.systems.subgoals.map_inputs import (
     SIGHT_M,
     map_inputs,
 )
-from pipeline.systems.subgoals.map_view import view_map
+from pipeline.systems.subgoals.map_view import MapViews
 from tests.worlds import cells_from
 
 # The robot R has seen the corridor; it ends in two frontiers, west and east. The goal lies to the east.
@@ -39,13 +39,17 @@ def seen_from(lines, robot=ROBOT, goal=GOAL, resolution=0.5):
     known = cells_from(*lines)
     status = np.choose(known, [CLEAR, BLOCKED, UNSEEN]).astype(np.uint8)
     ranges = np.zeros(256, dtype=np.float32)
-    return Seen(PartialMap(known, status), Pose(robot.row, robot.col, 0.0), goal, ranges, resolution, 0)
+    return Seen(map_of(known, status), Pose(robot.row, robot.col, 0.0), goal, ranges, resolution, 0)
+
+
+def views_of(seen):
+    around = Surroundings(seen)
+    return around, MapViews(seen, around).views(seen, around.subgoals)
 
 
 def numbers(seen):
     """The named numbers of each subgoal, by the column of its point."""
-    around = find_subgoals(seen)
-    views = view_map(seen, around, around.subgoals)
+    around, views = views_of(seen)
     cols = seen.map.known.shape[1]
     return {
         each.point % cols: dict(zip(NUMBERS, view, strict=False))
@@ -97,8 +101,7 @@ def test_a_turned_or_mirrored_building_gives_the_same_view(how):
     other = seen_from(turned(CORRIDOR, how), robot, goal)
     views = []
     for seen in (plain, other):
-        around = find_subgoals(seen)
-        found = view_map(seen, around, around.subgoals)
+        _, found = views_of(seen)
         views.append(found[np.argsort(found[:, 4])])
     assert views[0].shape == (2, MAP_VIEW)
     np.testing.assert_allclose(views[0][:, : len(NUMBERS)], views[1][:, : len(NUMBERS)], atol=1e-4)
@@ -109,8 +112,7 @@ def test_a_turned_or_mirrored_building_gives_the_same_view(how):
 
 def test_inputs_are_finite_and_keep_angles_as_they_are():
     seen = seen_from(CORRIDOR)
-    around = find_subgoals(seen)
-    views = view_map(seen, around, around.subgoals)
+    _, views = views_of(seen)
     inputs = map_inputs(views)
     assert inputs.shape == (2, MAP_INPUTS)
     assert np.isfinite(inputs).all()
@@ -121,6 +123,5 @@ def test_inputs_are_finite_and_keep_angles_as_they_are():
 
 def test_asking_for_one_subgoal_gives_its_view_among_all():
     seen = seen_from(CORRIDOR)
-    around = find_subgoals(seen)
-    both = view_map(seen, around, around.subgoals)
-    assert np.array_equal(view_map(seen, around, around.subgoals[1:]), both[1:])
+    around, both = views_of(seen)
+    assert np.array_equal(MapViews(seen, around).views(seen, around.subgoals[1:]), both[1:])

@@ -1,11 +1,12 @@
 """One trial, every planner: the same world, start, goal, sensor and motion; only the choice differs."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from pipeline.evaluation.trials import EstimateRow
+from pipeline.grids.distances import Indices
 from pipeline.grids.occupancy import Cell
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.protocols import Estimator, Planner
@@ -19,12 +20,11 @@ from pipeline.systems.subgoals.planner import Estimated, SubgoalPlanner
 PLANNERS = ("optimistic", "learned", "perfect")
 
 
-class FrontierCell(NamedTuple):
-    """One cell of a frontier when it was estimated, for pictures."""
+class EstimatedFrontier(NamedTuple):
+    """A frontier when it was estimated, for pictures: its flat cells [k] int32."""
 
     step: int
-    row: int
-    col: int
+    cells: Indices
     p_success: float
 
 
@@ -34,7 +34,7 @@ class Drive(NamedTuple):
     planner: str
     episode: Episode
     estimates: list[EstimateRow]
-    frontiers: list[FrontierCell]
+    frontiers: list[EstimatedFrontier]
 
 
 class Rules(NamedTuple):
@@ -67,7 +67,7 @@ def drive(
 
     ``learned`` is the estimator of the planner "learned". ``rng`` feeds the sensor's noise.
     """
-    witness = _Witness(world, trial_id, rules.weight_floor_m)
+    witness = _Witness(world, trial_id, rules.weight_floor_m, beside_truth=planner == "learned")
     driver = _make_planner(planner, world, rules, learned, witness.note)
     episode = run_trial(
         world,
@@ -80,7 +80,7 @@ def drive(
         merge_m=rules.merge_m,
         max_steps=rules.max_steps,
     )
-    return Drive(planner, episode, witness.estimates if planner == "learned" else [], witness.frontiers)
+    return Drive(planner, episode, witness.estimates, witness.frontiers)
 
 
 def _make_planner(
@@ -103,23 +103,27 @@ def _make_planner(
 
 
 class _Witness:
-    """Writes down each estimate beside the truth while a planner drives."""
+    """Writes down each estimate while a planner drives, beside the truth where that is asked for."""
 
-    def __init__(self, world: World, trial_id: str, floor_m: float) -> None:
-        self._book = LabelBook(world, floor_m=floor_m)
+    def __init__(self, world: World, trial_id: str, floor_m: float, *, beside_truth: bool) -> None:
+        self._book = LabelBook(world, floor_m=floor_m) if beside_truth else None
         self._trial_id = trial_id
         self.estimates: list[EstimateRow] = []
-        self.frontiers: list[FrontierCell] = []
+        self.frontiers: list[EstimatedFrontier] = []
 
     def note(self, estimated: Estimated) -> None:
+        step = estimated.seen.step
+        for subgoal, found in zip(estimated.subgoals, estimated.properties, strict=True):
+            self.frontiers.append(EstimatedFrontier(step, subgoal.cells, found.p_success))
+        if self._book is None:
+            return
         marked = {mark.subgoal.key: mark for mark in self._book.mark_changed(estimated.seen, estimated.around)}
-        cols = estimated.seen.map.known.shape[1]
         for subgoal, found in zip(estimated.subgoals, estimated.properties, strict=True):
             label, cost = marked[subgoal.key].label, marked[subgoal.key].cost
             self.estimates.append(
                 EstimateRow(
                     self._trial_id,
-                    estimated.seen.step,
+                    step,
                     *found,
                     leads_to_goal=label.leads,
                     true_delta_success_m=label.delta_success if label.leads else None,
@@ -127,8 +131,3 @@ class _Witness:
                     weight_m=cost,
                 )
             )
-            self.frontiers += _cells_of(subgoal.cells.tolist(), cols, estimated.seen.step, found.p_success)
-
-
-def _cells_of(cells: Sequence[int], cols: int, step: int, p_success: float) -> list[FrontierCell]:
-    return [FrontierCell(step, *divmod(cell, cols), p_success) for cell in cells]

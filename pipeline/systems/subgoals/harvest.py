@@ -9,12 +9,12 @@ from pipeline.datums import Datum
 from pipeline.grids.occupancy import Cell, center_of
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.seen import Seen
-from pipeline.planning.subgoals import find_subgoals
+from pipeline.planning.subgoals import Surroundings, surroundings_of
 from pipeline.simulation.lidar import Lidar
 from pipeline.simulation.trial import Episode, run_trial
 from pipeline.simulation.world import World
 from pipeline.systems.subgoals.labels import LabelBook, Marked
-from pipeline.systems.subgoals.map_view import view_map
+from pipeline.systems.subgoals.map_view import MapViews
 from pipeline.systems.subgoals.observation import observe
 
 
@@ -38,15 +38,23 @@ class _Harvester:
         self._optimist = OptimisticPlanner()
         self._book = LabelBook(world, floor_m=floor_m)
         self._map_views = map_views
+        self._around: Surroundings | None = None
+        self._views: MapViews | None = None
         self.datums: list[Datum] = []
 
     def plan(self, seen: Seen) -> NDArray[np.int32] | None:
-        around = find_subgoals(seen)
+        around = self._around = surroundings_of(seen, self._around)
         marked = self._book.mark_changed(seen, around)
         if marked:
-            views = view_map(seen, around, [mark.subgoal for mark in marked]) if self._map_views else None
-            self.datums += _to_datums(marked, seen, self._world, self._origin, views)
+            self.datums += _to_datums(marked, seen, self._world, self._origin, self._view(marked, seen, around))
         return self._optimist.plan(seen)
+
+    def _view(self, marked: list[Marked], seen: Seen, around: Surroundings) -> NDArray[np.float32] | None:
+        if not self._map_views:
+            return None
+        if self._views is None or not self._views.are_of(around):
+            self._views = MapViews(seen, around)
+        return self._views.views(seen, [mark.subgoal for mark in marked])
 
 
 def harvest_trial(

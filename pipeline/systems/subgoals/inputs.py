@@ -6,6 +6,7 @@
 from typing import Final, Literal
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 BEAMS: Final = 256
@@ -16,11 +17,6 @@ InputFrame = Literal["subgoal", "robot"]
 
 GOAL: Final = slice(BEAMS, BEAMS + 2)
 SUBGOAL: Final = slice(BEAMS + 2, BEAMS + 4)
-
-# [2, 256, 256]: row f of the first holds the beams counter-clockwise from beam f; of the second clockwise, mirrored.
-_ORDERS: Final[NDArray[np.intp]] = (
-    np.array([np.add.outer(np.arange(BEAMS), turn * np.arange(BEAMS)) for turn in (1, -1)], dtype=np.intp) % BEAMS
-)
 
 
 def subgoal_inputs(
@@ -44,14 +40,25 @@ def subgoal_inputs(
         return inputs
     if frame != "subgoal":
         raise ValueError(f"input frame {frame!r} is unknown: expected one of {INPUT_FRAMES}")
-    bearing = np.arctan2(subgoals[:, 1], subgoals[:, 0])  # 0 for a subgoal under the robot: it has none
-    cosine, sine = np.cos(bearing), np.sin(bearing)
-    left = cosine * goals[:, 1] - sine * goals[:, 0]
-    first = np.rint(bearing * (BEAMS / (2.0 * np.pi))).astype(np.intp)
-    beams = _ORDERS[(left < 0.0).astype(np.intp), first]  # a negative bearing counts from the last beam down
-    inputs[:, :BEAMS] = scans[0].take(beams) if len(scans) == 1 else np.take_along_axis(scans, beams, axis=1)
-    inputs[:, BEAMS] = cosine * goals[:, 0] + sine * goals[:, 1]
-    inputs[:, BEAMS + 1] = np.abs(left)
-    inputs[:, BEAMS + 2] = cosine * subgoals[:, 0] + sine * subgoals[:, 1]  # its distance
-    inputs[:, BEAMS + 3] = 0.0
+    _turn_and_mirror(scans.astype(np.float32), goals, subgoals, inputs)
     return inputs
+
+
+@njit(cache=True, nogil=True)
+def _turn_and_mirror(
+    scans: NDArray[np.float32], goals: NDArray[np.float64], subgoals: NDArray[np.float64], inputs: NDArray[np.float32]
+) -> None:
+    """Fill ``inputs`` [N, 260]; of ``scans``, ``goals`` and ``subgoals`` each has N rows or one that serves all."""
+    for row in range(inputs.shape[0]):
+        scan, goal, subgoal = scans[row % len(scans)], goals[row % len(goals)], subgoals[row % len(subgoals)]
+        bearing = np.arctan2(subgoal[1], subgoal[0])  # 0 for a subgoal under the robot: it has none
+        cosine, sine = np.cos(bearing), np.sin(bearing)
+        left = cosine * goal[1] - sine * goal[0]
+        beam = int(np.rint(bearing * (BEAMS / (2.0 * np.pi))))
+        turn = -1 if left < 0.0 else 1
+        for place in range(BEAMS):
+            inputs[row, place] = scan[(beam + turn * place) % BEAMS]
+        inputs[row, BEAMS] = cosine * goal[0] + sine * goal[1]
+        inputs[row, BEAMS + 1] = abs(left)
+        inputs[row, BEAMS + 2] = cosine * subgoal[0] + sine * subgoal[1]  # its distance
+        inputs[row, BEAMS + 3] = 0.0

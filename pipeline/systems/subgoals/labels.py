@@ -9,14 +9,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from pipeline.grids.distances import DIAGONAL, NO_TARGETS, Status, settle, settle_from
-from pipeline.grids.partial_map import UNSEEN
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Subgoal, Surroundings
 from pipeline.simulation.world import World
+from pipeline.systems.subgoals.beyond import Beyond
 
 
 class Label(NamedTuple):
@@ -34,22 +32,19 @@ class Label(NamedTuple):
     exploration: float
 
 
-def label_subgoals(world: World, seen: Seen, around: Surroundings, subgoals: Sequence[Subgoal]) -> list[Label]:
-    """Return the true labels of ``subgoals`` at this step."""
+def label_subgoals(beyond: Beyond, seen: Seen, around: Surroundings, subgoals: Sequence[Subgoal]) -> list[Label]:
+    """Return the true labels of ``subgoals`` at this step. ``beyond`` is of the same trial."""
     if not subgoals:
         return []
-    cols = world.blocked.shape[1]
-    goal = seen.goal.row * cols + seen.goal.col
-    beyond = ((world.blocked != 0) | np.isfinite(around.reach)).astype(np.uint8)
-    points = np.array([subgoal.point for subgoal in subgoals], dtype=np.int32)
-    optimistic = settle(seen.map.status, UNSEEN, goal, points).ravel()
+    beyond.follow()
     labels = []
     for subgoal in subgoals:
-        success, nearest, farthest = _look_beyond(beyond, subgoal.cells, subgoal.point, goal)
+        success = beyond.way_to_goal(subgoal.cells, subgoal.point)
         if np.isfinite(success):
-            delta = max(0.0, success - float(optimistic[subgoal.point]))
+            delta = max(0.0, success - float(around.onward[subgoal.point]))
             labels.append(Label(True, success * seen.resolution, delta * seen.resolution, 0.0))
         else:
+            nearest, farthest = beyond.extent(subgoal.cells, subgoal.point)
             labels.append(Label(False, np.inf, np.inf, 2.0 * (farthest - nearest) * seen.resolution))
     return labels
 
@@ -65,34 +60,6 @@ def misclassification_costs(labels: Sequence[Label], floor_m: float) -> NDArray[
     costs = np.array([worst if label.leads else label.exploration for label in labels])
     floored: NDArray[np.float64] = np.maximum(costs, floor_m)
     return floored
-
-
-@njit(cache=True, nogil=True)
-def _look_beyond(beyond: Status, frontier: NDArray[np.int32], point: int, goal: int) -> tuple[float, float, float]:
-    """Return (distance to the goal, smallest, largest distance in U) from ``point`` [cells].
-
-    beyond: [rows, cols] 0 in U, 1 elsewhere; opened along ``frontier`` for the search and closed again.
-    """
-    cols = beyond.shape[1]
-    flat = beyond.ravel()
-    along = np.empty(frontier.size)
-    for k in range(frontier.size):
-        flat[frontier[k]] = 0
-        drow = abs(frontier[k] // cols - point // cols)
-        dcol = abs(frontier[k] % cols - point % cols)
-        along[k] = max(drow, dcol) + (DIAGONAL - 1.0) * min(drow, dcol)
-    nearest_first = np.argsort(along, kind="mergesort")
-    dist = settle_from(beyond, 0, frontier[nearest_first], along[nearest_first], NO_TARGETS).ravel()
-    for cell in frontier:
-        flat[cell] = 1
-    nearest, farthest = np.inf, -np.inf
-    for cell in range(dist.size):
-        if flat[cell] == 0 and dist[cell] != np.inf:
-            nearest = min(nearest, dist[cell])
-            farthest = max(farthest, dist[cell])
-    if farthest < nearest:  # every way on turned out to be a wall
-        return np.inf, 0.0, 0.0
-    return dist[goal], nearest, farthest
 
 
 class Marked(NamedTuple):
@@ -113,13 +80,16 @@ class LabelBook:
     def __init__(self, world: World, *, floor_m: float) -> None:
         """``floor_m``: the least misclassification cost [m]."""
         self._world = world
+        self._beyond: Beyond | None = None
         self._floor = floor_m
         self._labels: dict[bytes, Label] = {}
 
     def mark_changed(self, seen: Seen, around: Surroundings) -> list[Marked]:
         """Label the subgoals that are new or changed at this step, and return them."""
         changed = [(k, subgoal) for k, subgoal in enumerate(around.subgoals) if subgoal.key not in self._labels]
-        fresh = label_subgoals(self._world, seen, around, [subgoal for _, subgoal in changed])
+        if self._beyond is None or not self._beyond.is_of(around):
+            self._beyond = Beyond(self._world, seen, around)
+        fresh = label_subgoals(self._beyond, seen, around, [subgoal for _, subgoal in changed])
         known = self._labels | {subgoal.key: label for (_, subgoal), label in zip(changed, fresh, strict=True)}
         self._labels = {subgoal.key: known[subgoal.key] for subgoal in around.subgoals}
         if not changed:

@@ -9,13 +9,12 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
-from pipeline.grids.distances import NO_TARGETS, Field, Status, settle
-from pipeline.grids.occupancy import OCCUPIED
+from pipeline.grids.beams import beam_directions
+from pipeline.grids.distances import Field, Indices, Status
 from pipeline.grids.outlook import look_around
 from pipeline.grids.partial_map import UNSEEN
-from pipeline.grids.raycast import beam_directions
+from pipeline.grids.zones import REACHED, Zones
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Subgoal, Surroundings
 from pipeline.systems.subgoals.map_inputs import (
@@ -23,109 +22,132 @@ from pipeline.systems.subgoals.map_inputs import (
     DIRECTIONS,
     FARTHEST_M,
     MAP_VIEW,
+    NUMBERS,
     SIGHT_M,
 )
+from pipeline.systems.subgoals.unseen_ways import UnseenWays
 
-Values = NDArray[np.float64]
-
-
-def view_map(seen: Seen, around: Surroundings, subgoals: Sequence[Subgoal]) -> NDArray[np.float32]:
-    """Return one view of each of ``subgoals``: [n, MAP_VIEW] float32.
-
-    A view is the NUMBERS, then the three rows of `look_around` [m] for the DIRECTIONS. ``around`` holds all subgoals
-    of this step, ``subgoals`` those asked for.
-    """
-    status, metres = seen.map.status, seen.resolution
-    goal = seen.goal.row * status.shape[1] + seen.goal.col
-    optimistic = settle(status, UNSEEN, goal, NO_TARGETS)
-    beyond = _ways_beyond(seen, around)
-    reach, onward = around.reach.ravel(), optimistic.ravel()
-    through = np.array([(reach[each.cells] + onward[each.cells]).min() for each in around.subgoals]) * metres
-    places = {subgoal.key: place for place, subgoal in enumerate(around.subgoals)}
-    views = np.empty((len(subgoals), MAP_VIEW), dtype=np.float32)
-    for k, subgoal in enumerate(subgoals):
-        place = places[subgoal.key]
-        gate = _gate(subgoal.cells, reach, onward)
-        others = np.delete(np.arange(len(through)), place)
-        rival = beyond[others].min(axis=0) if others.size else np.full(len(CLEARANCES_M), FARTHEST_M)
-        lead = through[place] - (through[others].min() if others.size else through[place] + FARTHEST_M)
-        shape, outlook = _look_at(seen, around, subgoal, goal)
-        straight = _straight(subgoal.point, goal, status.shape[1]) * metres
-        views[k] = np.concatenate(
-            [
-                [reach[gate] * metres, onward[gate] * metres, straight, onward[gate] * metres - straight],
-                [through[place] - through.min(), lead, (through < through[place] - 1e-9).sum(), len(through)],
-                shape,
-                beyond[place],
-                rival,
-                outlook.ravel() * metres,
-            ]
-        )
-    return views
+_LINES = beam_directions(DIRECTIONS)
+_SHAPE, _BEYOND, _OUTLOOK = NUMBERS.index("cells"), len(NUMBERS) - 2 * len(CLEARANCES_M), len(NUMBERS)
 
 
-def _gate(cells: NDArray[np.int32], reach: Values, onward: Values) -> int:
-    """Return the frontier cell on the shortest optimistic way; of several the one nearest to the robot."""
-    through = reach[cells] + onward[cells]
-    shortest = cells[through <= through.min() + 1e-9]
-    return int(shortest[np.argmin(reach[shortest])])
+class MapViews:
+    """Makes the views of one trial's subgoals, step by step."""
 
+    def __init__(self, seen: Seen, around: Surroundings) -> None:
+        """Begin with the map of ``seen`` as it is; ``around`` are its surroundings, kept up to date by their owner."""
+        self._around = around
+        self._ways = UnseenWays(seen, around, CLEARANCES_M)
 
-def _straight(cell: int, goal: int, cols: int) -> float:
-    return float(np.hypot(cell // cols - goal // cols, cell % cols - goal % cols))
+    def are_of(self, around: Surroundings) -> bool:
+        """Whether these are the views of this very trial."""
+        return around is self._around
 
+    def views(self, seen: Seen, subgoals: Sequence[Subgoal]) -> NDArray[np.float32]:
+        """Return one view of each of ``subgoals``, which are among those around: [n, MAP_VIEW] float32.
 
-def _ways_beyond(seen: Seen, around: Surroundings) -> Values:
-    """Return the way from each subgoal to the goal through unseen space alone [m]: [subgoals, CLEARANCES_M].
-
-    Unseen space is what is neither reached nor known to be blocked. Narrow gaps between seen obstacles are seldom real
-    ways on: cells within a clearance of one are closed, except around the goal. Frontier cells are open.
-    """
-    rows, cols = seen.map.status.shape
-    goal = seen.goal.row * cols + seen.goal.col
-    frontiers = np.concatenate([subgoal.cells for subgoal in around.subgoals])
-    unseen = np.isinf(around.reach) & (seen.map.status <= UNSEEN)
-    clear_by = distance_transform_edt(seen.map.known != OCCUPIED)
-    found = np.empty((len(around.subgoals), len(CLEARANCES_M)))
-    for k, clearance in enumerate(CLEARANCES_M):
-        keep = clearance / seen.resolution + 1e-9
-        open_ = unseen & (clear_by > keep)
-        span = int(keep + 1.5)
-        window = (
-            slice(max(0, seen.goal.row - span), min(rows, seen.goal.row + span + 1)),
-            slice(max(0, seen.goal.col - span), min(cols, seen.goal.col + span + 1)),
-        )
-        near_rows, near_cols = np.ogrid[window]
-        at_goal = np.hypot(near_rows - seen.goal.row, near_cols - seen.goal.col) <= keep + 1.5
-        open_[window] |= unseen[window] & at_goal
-        open_.ravel()[frontiers] = True
-        open_[[0, -1]] = False
-        open_[:, [0, -1]] = False
-        field = settle((~open_).astype(np.uint8), 0, goal, frontiers).ravel()
-        found[:, k] = [field[subgoal.cells].min() for subgoal in around.subgoals]
-    ways: Values = np.minimum(found * seen.resolution, FARTHEST_M)
-    return ways
-
-
-def _look_at(seen: Seen, around: Surroundings, subgoal: Subgoal, goal: int) -> tuple[Values, Values]:
-    """Return (cells, extent, facing, aside, depth) of a frontier and the outlook [3, DIRECTIONS] in cells."""
-    cols = seen.map.status.shape[1]
-    rows, columns = np.divmod(subgoal.cells, cols)
-    extent = max(int(np.ptp(rows)), int(np.ptp(columns))) + 1
-    dx, dy = _outward(seen.map.status, around.reach, subgoal.cells)
-    row, col = divmod(subgoal.point, cols)
-    towards = np.arctan2(goal // cols - row, goal % cols - col)
-    angle = np.arctan2(dy, dx) - towards
-    mirrored = 1.0 if np.sin(angle) >= 0.0 else -1.0
-    lines = beam_directions(DIRECTIONS) * (1.0, mirrored)
-    turn = np.array([[np.cos(towards), np.sin(towards)], [-np.sin(towards), np.cos(towards)]])
-    outlook = look_around(seen.map.known, row, col, lines @ turn, SIGHT_M / seen.resolution)
-    depth = np.hypot(dx, dy) / subgoal.cells.size
-    return np.array([subgoal.cells.size, extent, np.cos(angle), abs(np.sin(angle)), depth]), outlook
+        A view is the NUMBERS, then the three rows of `look_around` [m] for the DIRECTIONS.
+        """
+        around, metres = self._around, seen.resolution
+        goal = seen.goal.row * seen.map.status.shape[1] + seen.goal.col
+        places = {subgoal.key: place for place, subgoal in enumerate(around.subgoals)}
+        asked = np.array([places[subgoal.key] for subgoal in subgoals], dtype=np.int64)
+        points = np.array([subgoal.point for subgoal in subgoals], dtype=np.int64)
+        beyond = np.minimum(self._ways.lengths() * metres, FARTHEST_M)
+        views = np.empty((len(subgoals), MAP_VIEW))
+        _compare(views, asked, around.cells, around.starts, around.reach, around.onward, beyond, metres)
+        _look(views, asked, points, around.cells, around.starts, seen.map.known, seen.map.status, around.zones, goal,
+              metres, _LINES)  # fmt: skip
+        return views.astype(np.float32)
 
 
 @njit(cache=True, nogil=True)
-def _outward(status: Status, reach: Field, cells: NDArray[np.int32]) -> tuple[float, float]:
+def _compare(
+    views: Field,
+    asked: NDArray[np.int64],
+    cells: Indices,
+    starts: Indices,
+    reach: Field,
+    onward: Field,
+    beyond: Field,
+    metres: float,
+) -> None:
+    """Fill in the lengths of the ways and how they compare with those through the other frontiers.
+
+    cells, starts: all frontiers around; asked: [n] their places. beyond: [frontiers, clearances] m.
+    """
+    gates, through = _gates(cells, starts, reach, onward)
+    through = through * metres
+    for k in range(asked.size):
+        place, view = asked[k], views[k]
+        lead, rank = -FARTHEST_M, 0
+        rival = np.full(beyond.shape[1], FARTHEST_M)
+        nearest = through[place]
+        for other in range(through.size):
+            nearest = min(nearest, through[other])
+            rank += int(through[other] < through[place] - 1e-9)
+            if other != place:
+                lead = max(lead, through[place] - through[other])
+                for clearance in range(rival.size):
+                    rival[clearance] = min(rival[clearance], beyond[other, clearance])
+        view[0], view[1] = reach[gates[place]] * metres, onward[gates[place]] * metres
+        view[4], view[5], view[6], view[7] = through[place] - nearest, lead, rank, through.size
+        view[_BEYOND : _BEYOND + rival.size] = beyond[place]
+        view[_BEYOND + rival.size : _OUTLOOK] = rival
+
+
+@njit(cache=True, nogil=True)
+def _gates(cells: Indices, starts: Indices, reach: Field, onward: Field) -> tuple[Indices, Field]:
+    """Return of each frontier the cell on the shortest optimistic way, of several the nearest, and the way's length."""
+    gates, through = np.empty(starts.size - 1, dtype=np.int32), np.full(starts.size - 1, np.inf)
+    for group in range(gates.size):
+        for cell in cells[starts[group] : starts[group + 1]]:
+            way = reach[cell] + onward[cell]
+            if way < through[group] or (way == through[group] and reach[cell] < reach[gates[group]]):
+                gates[group], through[group] = cell, way
+    return gates, through
+
+
+@njit(cache=True, nogil=True)
+def _look(
+    views: Field,
+    asked: NDArray[np.int64],
+    points: NDArray[np.int64],
+    cells: Indices,
+    starts: Indices,
+    known: Status,
+    status: Status,
+    zones: Zones,
+    goal: int,
+    metres: float,
+    lines: Field,
+) -> None:
+    """Fill in where each frontier lies and faces, and how open the map is around it."""
+    cols = known.shape[1]
+    turned = np.empty_like(lines)
+    for k in range(asked.size):
+        frontier, view = cells[starts[asked[k]] : starts[asked[k] + 1]], views[k]
+        row, col = points[k] // cols, points[k] % cols
+        up, right = goal // cols - row, goal % cols - col
+        view[2] = np.hypot(up, right) * metres
+        view[3] = view[1] - view[2]
+        dx, dy = _outward(status, zones, frontier)
+        towards = np.arctan2(up, right)
+        angle = np.arctan2(dy, dx) - towards
+        view[_SHAPE] = frontier.size
+        view[_SHAPE + 1] = max(np.ptp(frontier // cols), np.ptp(frontier % cols)) + 1
+        view[_SHAPE + 2], view[_SHAPE + 3] = np.cos(angle), abs(np.sin(angle))
+        view[_SHAPE + 4] = np.hypot(dx, dy) / frontier.size
+        mirrored = 1.0 if np.sin(angle) >= 0.0 else -1.0
+        cos, sin = np.cos(towards), np.sin(towards)
+        for line in range(lines.shape[0]):
+            x, y = lines[line, 0], lines[line, 1] * mirrored
+            turned[line, 0], turned[line, 1] = x * cos - y * sin, x * sin + y * cos
+        view[_OUTLOOK:] = look_around(known, row, col, turned, SIGHT_M / metres).ravel() * metres
+
+
+@njit(cache=True, nogil=True)
+def _outward(status: Status, zones: Zones, cells: Indices) -> tuple[float, float]:
     """Return the sum of the offsets (x, y) from frontier cells to cells beyond, up to two away [cells]."""
     rows, cols = status.shape
     x, y = 0.0, 0.0
@@ -133,7 +155,7 @@ def _outward(status: Status, reach: Field, cells: NDArray[np.int32]) -> tuple[fl
         row, col = cell // cols, cell % cols
         for r in range(max(0, row - 2), min(rows, row + 3)):
             for c in range(max(0, col - 2), min(cols, col + 3)):
-                if status[r, c] <= UNSEEN and reach[r, c] == np.inf:
+                if status[r, c] <= UNSEEN and zones[r * cols + c] != REACHED:
                     x += c - col
                     y += r - row
     return x, y

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from pipeline.planning.seen import Seen
@@ -24,14 +25,20 @@ class Observation(NamedTuple):
 def observe(seen: Seen, subgoals: Sequence[Subgoal]) -> Observation:
     """Return the scan, the goal and ``subgoals`` in the robot frame of this step."""
     cols = seen.map.known.shape[1]
-    points = np.array([subgoal.point for subgoal in subgoals], dtype=np.int64)
-    rows, columns = np.divmod(points, cols)
-    offsets = np.stack([columns - seen.pose.col, rows - seen.pose.row], axis=1)
-    to_goal = np.array([[seen.goal.col - seen.pose.col, seen.goal.row - seen.pose.row]])
-    cos, sin = np.cos(seen.pose.heading), np.sin(seen.pose.heading)
-    turn = np.array([[cos, -sin], [sin, cos]]) * seen.resolution  # world offset @ turn = robot frame
-    return Observation(
-        seen.ranges,
-        (to_goal @ turn)[0].astype(np.float32),
-        (offsets @ turn).astype(np.float32),
-    )
+    points = np.array([seen.goal.row * cols + seen.goal.col, *(subgoal.point for subgoal in subgoals)])
+    places = _in_robot_frame(points, cols, seen.pose.row, seen.pose.col, seen.pose.heading, seen.resolution)
+    return Observation(seen.ranges, places[0], places[1:])
+
+
+@njit(cache=True, nogil=True)
+def _in_robot_frame(
+    points: NDArray[np.int64], cols: int, row: int, col: int, heading: float, resolution: float
+) -> NDArray[np.float32]:
+    """Return the flat cells ``points`` as the robot at (row, col) sees them: [n, 2] float32, x ahead, y left [m]."""
+    cos, sin = np.cos(heading) * resolution, np.sin(heading) * resolution
+    places = np.empty((points.size, 2), dtype=np.float32)
+    for k in range(points.size):
+        east, north = points[k] % cols - col, points[k] // cols - row
+        places[k, 0] = east * cos + north * sin
+        places[k, 1] = north * cos - east * sin
+    return places

@@ -8,6 +8,7 @@ from pipeline.planning.protocols import Estimates
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Subgoal, Surroundings
 from pipeline.simulation.world import World
+from pipeline.systems.subgoals.beyond import Beyond
 from pipeline.systems.subgoals.labels import Label, label_subgoals
 
 
@@ -16,6 +17,7 @@ class PerfectEstimator:
 
     def __init__(self, world: World) -> None:
         self._world = world
+        self._beyond: Beyond | None = None
 
     @property
     def lasting(self) -> bool:
@@ -24,7 +26,9 @@ class PerfectEstimator:
 
     def estimate(self, seen: Seen, around: Surroundings, subgoals: Sequence[Subgoal]) -> Estimates:
         """Return the true labels of ``subgoals``; costs that do not apply are 0."""
-        return true_estimates(label_subgoals(self._world, seen, around, subgoals))
+        if self._beyond is None or not self._beyond.is_of(around):
+            self._beyond = Beyond(self._world, seen, around)
+        return true_estimates(label_subgoals(self._beyond, seen, around, subgoals))
 
 
 def true_estimates(labels: Sequence[Label]) -> Estimates:

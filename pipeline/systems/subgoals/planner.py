@@ -5,14 +5,16 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from pipeline.grids.distances import NO_TARGETS, Field, descend, pair_distances, settle
-from pipeline.grids.partial_map import CLEAR, UNSEEN
+from pipeline.grids.distances import descend
+from pipeline.grids.frontiers import find_gates
 from pipeline.planning.expected_cost import order_subgoals
+from pipeline.planning.gate_distances import GateDistances
 from pipeline.planning.protocols import Estimator
 from pipeline.planning.seen import Seen
-from pipeline.planning.subgoals import Subgoal, Surroundings, find_subgoals
+from pipeline.planning.subgoals import Subgoal, Surroundings
 
 
 class Properties(NamedTuple):
@@ -52,20 +54,24 @@ class SubgoalPlanner:
     optimism: float = 0.0
     on_estimate: Callable[[Estimated], None] | None = None
     _stored: dict[bytes, Properties] = field(default_factory=dict, init=False)
+    _around: Surroundings | None = field(default=None, init=False)
+    _distances: GateDistances | None = field(default=None, init=False)
 
     def plan(self, seen: Seen) -> NDArray[np.int32] | None:
         """Return the path through the chosen subgoal's frontier, or to the goal once it is in reach."""
-        cols = seen.map.status.shape[1]
-        goal = seen.goal.row * cols + seen.goal.col
-        around = find_subgoals(seen)
-        if np.isfinite(around.reach[seen.goal.row, seen.goal.col]):
-            return descend(around.reach, seen.map.status, CLEAR, goal)[::-1].copy()
+        if self._around is None or self._distances is None or not self._around.are_of(seen.map):
+            self._around = Surroundings(seen)
+            self._distances = GateDistances(seen.map, self._around.work)
+        else:
+            self._around.update(seen)
+        around, cols = self._around, seen.map.status.shape[1]
+        if around.goal_in_reach:
+            return descend(around.reach, cols, seen.goal.row * cols + seen.goal.col)[::-1].copy()
         if not around.subgoals:
             return None
         self._estimate_changed(seen, around)
-        optimistic = settle(seen.map.status, UNSEEN, goal, NO_TARGETS)
-        chosen = self._choose(seen, around, optimistic)
-        return _path_through(chosen, seen, around.reach, optimistic)
+        gate = self._choose(seen, around, self._distances)
+        return self._distances.path_between(seen.pose.row * cols + seen.pose.col, gate)
 
     def _estimate_changed(self, seen: Seen, around: Surroundings) -> None:
         changed = [subgoal for subgoal in around.subgoals if subgoal.key not in self._stored]
@@ -79,37 +85,27 @@ class SubgoalPlanner:
         if changed and self.on_estimate is not None:
             self.on_estimate(Estimated(seen, around, changed, [kept[subgoal.key] for subgoal in changed]))
 
-    def _choose(self, seen: Seen, around: Surroundings, optimistic: Field) -> Subgoal:
-        if len(around.subgoals) == 1:
-            return around.subgoals[0]
+    def _choose(self, seen: Seen, around: Surroundings, distances: GateDistances) -> int:
+        """Return the flat cell of the gate to go to."""
+        gates, through = find_gates(around.cells, around.starts, around.reach, around.onward)
+        if gates.size == 1:
+            return int(gates[0])
         stored = np.array([self._stored[subgoal.key] for subgoal in around.subgoals])
-        gates = np.array([_gate(subgoal, around.reach, optimistic) for subgoal in around.subgoals], dtype=np.int32)
-        through = around.reach.ravel()[gates] + optimistic.ravel()[gates]
         kept = _most_promising(stored[:, 0], through, self.max_subgoals)
-        subgoals: list[Subgoal] = [around.subgoals[index] for index in kept]
         points = gates[kept]
         p_success, delta, exploration = stored[kept].T
         if self.rescale_probabilities and 0.0 < p_success.sum() < 1.0:
             p_success = p_success / p_success.sum()
         metres = seen.resolution
-        p_success = _shift(p_success, self.optimism)
-        order, _ = order_subgoals(
-            around.reach.ravel()[points] * metres,
-            pair_distances(seen.map.status, CLEAR, points) * metres,
-            p_success,
-            optimistic.ravel()[points] * metres + delta,
+        order, *_ = order_subgoals(
+            around.reach[points] * metres,
+            distances.between(points) * metres,
+            _shift(p_success, self.optimism),
+            around.onward[points] * metres + delta,
             exploration,
             failure_penalty=self.failure_penalty_m,
         )
-        return subgoals[order[0]]
-
-
-def _path_through(subgoal: Subgoal, seen: Seen, reach: Field, optimistic: Field) -> NDArray[np.int32]:
-    """Return the path to the frontier cell on the shortest way robot -> frontier -> goal."""
-    gate = _gate(subgoal, reach, optimistic)
-    robot = seen.pose.row * reach.shape[1] + seen.pose.col
-    field = settle(seen.map.status, CLEAR, gate, np.array([robot], dtype=np.int32))
-    return descend(field, seen.map.status, CLEAR, robot)
+        return int(points[order[0]])
 
 
 def _shift(p_success: NDArray[np.float64], optimism: float) -> NDArray[np.float64]:
@@ -119,14 +115,19 @@ def _shift(p_success: NDArray[np.float64], optimism: float) -> NDArray[np.float6
     return shifted
 
 
-def _most_promising(p_success: NDArray[np.float64], through: NDArray[np.float64], count: int) -> NDArray[np.int64]:
-    """Return the places of ``count`` subgoals: the two of least optimistic cost, then the most likely ones."""
-    nearest = np.argsort(through, kind="stable")[: min(2, count)]
-    rank = np.lexsort((through, -p_success))
-    others = rank[~np.isin(rank, nearest)]
-    return np.sort(np.concatenate([nearest, others[: count - nearest.size]]))
-
-
-def _gate(subgoal: Subgoal, reach: Field, optimistic: Field) -> int:
-    through = reach.ravel()[subgoal.cells] + optimistic.ravel()[subgoal.cells]
-    return int(subgoal.cells[int(np.argmin(through))])
+@njit(cache=True, nogil=True)
+def _most_promising(p_success: NDArray[np.float64], through: NDArray[np.float64], most: int) -> NDArray[np.int64]:
+    """Return the places, ascending, of ``most`` subgoals: two of least optimistic cost, then the most likely ones."""
+    kept = np.zeros(p_success.size, dtype=np.bool_)
+    for count in range(min(most, kept.size)):
+        best = -1
+        for place in range(kept.size):
+            if kept[place]:
+                continue
+            nearer = best < 0 or through[place] < through[best]
+            likelier = best < 0 or p_success[place] > p_success[best]
+            equal = best >= 0 and p_success[place] == p_success[best]
+            if nearer if count < 2 else likelier or (equal and nearer):
+                best = place
+        kept[best] = True
+    return np.flatnonzero(kept)
