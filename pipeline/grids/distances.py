@@ -48,6 +48,12 @@ def workspace_for(cells: int) -> Workspace:
 NOWHERE = np.empty(0, dtype=np.int32)
 
 
+@njit(cache=True, nogil=True, inline="always")
+def wide(cell: int) -> int:
+    """Return ``cell`` as int64, so that a kernel is compiled once and not for each kind of whole number."""
+    return cell + 0
+
+
 def travel_field(traversable: NDArray[np.bool_], row: int, col: int) -> Field:
     """Return the travel distance [cells] from (row, col) to every cell: [rows, cols] float64, inf if unreachable.
 
@@ -93,12 +99,12 @@ def settle(field: Field, cols: int, source: int, targets: Indices, work: Workspa
     if field[source] != np.inf:
         return 0
     field[source] = 0.0
-    return spread(field, cols, np.full(1, source, np.int32), targets, work)
+    return spread(field, cols, np.full(1, source, np.int32), targets, work, np.bool_(False))
 
 
 @njit(cache=True, nogil=True)
 def spread(  # noqa: PLR0915  # one loop: a call per cell would cost more than the work on it
-    field: Field, cols: int, seeds: Indices, targets: Indices, work: Workspace, anew: bool = False
+    field: Field, cols: int, seeds: Indices, targets: Indices, work: Workspace, anew: np.bool_
 ) -> int:
     """Spread the values of ``seeds`` over ``field``, wherever they lessen a distance; return the length of the trail.
 
@@ -111,7 +117,7 @@ def spread(  # noqa: PLR0915  # one loop: a call per cell would cost more than t
     counts = np.zeros(3, dtype=np.int64)
     settled, entered, awaited = 0, 0, 0
     level = int(field[seeds[0]]) if seeds.size else 0
-    while entered < seeds.size or counts.any():
+    while entered < seeds.size or counts[0] + counts[1] + counts[2] > 0:
         now, soon, late = level % 3, (level + 1) % 3, (level + 2) % 3
         while entered < seeds.size and field[seeds[entered]] < level + 1.0:
             ring[now * room + counts[now]] = seeds[entered]

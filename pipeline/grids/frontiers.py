@@ -31,7 +31,7 @@ def renew_border(zones: Zones, cols: int, mark: int, border: Indices, fresh: Ind
         if _faces(zones, cols, cell, mark):
             added[count] = cell
             count += 1
-    added = np.sort(added[:count])
+    _sort(added, count)
     merged = np.empty(border.size + count, dtype=np.int32)
     k, total = 0, 0
     for cell in border:
@@ -48,6 +48,20 @@ def renew_border(zones: Zones, cols: int, mark: int, border: Indices, fresh: Ind
         k += 1
         total += 1
     return merged[:total].copy()
+
+
+@njit(cache=True, nogil=True)
+def _sort(cells: Indices, count: int) -> None:
+    """Sort the first ``count`` of ``cells``, in place: few, for which a library's sort takes seconds to compile."""
+    gap = count // 2
+    while gap > 0:
+        for k in range(gap, count):
+            cell, place = cells[k], k
+            while place >= gap and cells[place - gap] > cell:
+                cells[place] = cells[place - gap]
+                place -= gap
+            cells[place] = cell
+        gap //= 2
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -96,7 +110,8 @@ def _widened(zones: Zones, cols: int, border: Indices, widen: int, order: Indice
     for _ in range(widen):
         added = near.size
         wider = np.empty(9 * near.size, dtype=np.int32)
-        wider[:added] = near
+        for k in range(added):
+            wider[k] = near[k]
         for cell in near:
             for drow in range(-1, 2):
                 for dcol in range(-1, 2):
@@ -137,9 +152,16 @@ def _connect(near: Indices, cols: int, border: int, order: Indices) -> tuple[Ind
 
 @njit(cache=True, nogil=True)
 def _middle(cells: Indices, cols: int) -> int:
-    rows, columns = cells // cols, cells % cols
-    off = (rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2
-    middle: int = cells[np.argmin(off)]
+    row, col = 0, 0
+    for cell in cells:
+        row += cell // cols
+        col += cell % cols
+    mean_row, mean_col = row / cells.size, col / cells.size
+    middle, least = -1, np.inf
+    for cell in cells:
+        off = (cell // cols - mean_row) ** 2 + (cell % cols - mean_col) ** 2
+        if off < least:
+            middle, least = cell, off
     return middle
 
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from pipeline.grids.distances import (
     DIAGONAL,
-    NOWHERE,
     SHUT,
     Field,
     Indices,
@@ -20,6 +19,7 @@ from pipeline.grids.distances import (
     Workspace,
     by_level,
     spread,
+    wide,
 )
 
 GAVE_UP = -1
@@ -37,7 +37,7 @@ def repair(field: Field, status: Status, limit: int, source: int, changed: Indic
     if cleared == GAVE_UP:
         return GAVE_UP
     seeds = _border(field, cols, touched, cleared, work)
-    spread(field, cols, by_level(field, seeds), NOWHERE, work, True)
+    spread(field, cols, by_level(field, seeds), changed[:0], work, np.bool_(True))
     return cleared
 
 
@@ -74,7 +74,7 @@ def _clear_unsupported(field: Field, cols: int, source: int, touched: int, most:
                 depth += 1
         while depth > 0:
             depth -= 1
-            cell = stack[depth]
+            cell = wide(stack[depth])
             here = field[cell]
             # A neighbour that offers less may be about to be cleared itself: only equality bears `here` out.
             if here == np.inf or best_way(field, cols, cell) == here:
@@ -99,7 +99,7 @@ def _border(field: Field, cols: int, touched: int, cleared: int, work: Workspace
     steps = _steps(cols)
     count = 0
     for k in range(cleared):
-        cell = lost[k]
+        cell = wide(lost[k])
         if field[cell] == SHUT:
             continue
         if field[cell] > 0.0:

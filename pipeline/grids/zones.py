@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from pipeline.grids.distances import Indices, Status
+from pipeline.grids.distances import Indices, Status, wide
 from pipeline.grids.partial_map import BLOCKED, CLEAR
 
 # Values of a zone. Beyond, connected to the goal: the present mark, from FIRST_MARK on; any other mark is an old one.
@@ -42,7 +42,7 @@ def divide(status: Status, home: int, goal: int, zones: Zones, counts: NDArray[n
         stack[0] = home
         _reach(flat, status.shape[1], zones, stack, 1)
     if zones[goal] == APART:
-        _flood(zones, status.shape[1], goal, APART, FIRST_MARK, stack)
+        _flood(zones, status.shape[1], goal, wide(zones[goal]), counts[MARK], stack)
 
 
 @njit(cache=True, nogil=True)
@@ -67,16 +67,17 @@ def advance(
     mark = counts[MARK]
     counts[FRESH], counts[REBUILT] = 0, 0
     split = False
-    for cell in changed:
-        was = zones[cell]
+    for k in range(changed.size):
+        cell, was = wide(changed[k]), wide(zones[changed[k]])
         if flat[cell] == BLOCKED and was != CLOSED:
             zones[cell] = CLOSED
-            if was == REACHED and _holds_together(zones, cols, cell, REACHED):
+            if was == REACHED and _holds_together(zones, cols, cell, was):
                 divide(status, home, goal, zones, counts, stack)
                 return
-            split |= was == mark and _holds_together(zones, cols, cell, mark)
+            split |= was == mark and _holds_together(zones, cols, cell, was)
     reached = 0
-    for cell in changed:
+    for k in range(changed.size):
+        cell = wide(changed[k])
         if flat[cell] != CLEAR or zones[cell] == REACHED:
             continue
         if not (
@@ -91,7 +92,7 @@ def advance(
         reached += 1
         split |= _take(zones, cols, cell, mark)
         while depth < reached:  # the tail of `fresh` is the queue
-            here = fresh[depth]
+            here = wide(fresh[depth])
             depth += 1
             for move in range(4):
                 other = here + (cols if move == 0 else -cols if move == 1 else 1 if move == 2 else -1)
@@ -107,14 +108,14 @@ def advance(
 @njit(cache=True, nogil=True)
 def _take(zones: Zones, cols: int, cell: int, mark: int) -> bool:
     """Make ``cell`` a reached one; return whether that may cut what is beyond in two."""
-    was = zones[cell]
+    was = wide(zones[cell])
     zones[cell] = REACHED
-    return was == mark and _holds_together(zones, cols, cell, mark)
+    return was == mark and _holds_together(zones, cols, cell, was)
 
 
 @njit(cache=True, nogil=True)
 def _holds_together(zones: Zones, cols: int, cell: int, kind: int) -> bool:
-    """Whether the 4-neighbours of ``cell`` that are of ``kind`` are not connected among its eight neighbours."""
+    """Whether the 4-neighbours of ``cell`` that are of ``kind`` are not connected through its eight neighbours."""
     north, south = zones[cell + cols] == kind, zones[cell - cols] == kind
     east, west = zones[cell + 1] == kind, zones[cell - 1] == kind
     sides = int(north) + int(east) + int(south) + int(west)

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from pipeline.grids.distances import DIAGONAL, Indices, Status
+from pipeline.grids.distances import DIAGONAL, Indices, Status, wide
 from pipeline.grids.occupancy import FREE, OCCUPIED, Cells
 from pipeline.grids.partial_map import CLEAR, PartialMap, enter_obstacle
 from pipeline.planning.seen import Pose
@@ -32,7 +32,7 @@ def walk(
     cols, status, shut = map_.status.shape[1], map_.status.ravel(), blocked.ravel()
     travelled, moves = 0.0, 0
     while moves + 1 < path.size:
-        here, there = path[moves], path[moves + 1]
+        here, there = wide(path[moves]), wide(path[moves + 1])
         # The two cells beside a diagonal move; of a straight one they are its ends.
         aside, astride = here // cols * cols + there % cols, there // cols * cols + here % cols
         # A corner that was not yet seen may be a wall: the robot scans before it passes one.

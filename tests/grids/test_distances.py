@@ -83,7 +83,7 @@ def test_several_sources_with_offsets_equal_the_slow_twin(seed: int) -> None:
     offsets = rng.uniform(0, 12, 6)
     field = open_field(status, 0)
     field[sources] = offsets
-    spread(field, status.shape[1], by_level(field, sources), NOWHERE, workspace_for(status.size))
+    spread(field, status.shape[1], by_level(field, sources), NOWHERE, workspace_for(status.size), False)
     rows, cols = np.divmod(sources, status.shape[1])
     expected = slow_field(status == 0, 0, 0, list(zip(offsets, rows, cols, strict=True)))
     np.testing.assert_allclose(np.where(field == SHUT, np.inf, field).reshape(status.shape), expected, atol=1e-6)

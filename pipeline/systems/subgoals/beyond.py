@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from pipeline.grids.distances import (
     DIAGONAL,
-    NOWHERE,
     SHUT,
     Field,
     Indices,
@@ -172,7 +171,7 @@ def extent_of(field: Field, cols: int, frontier: Indices, point: int, work: Work
     """
     for cell in frontier:
         field[cell] = _octile(point, cell, cols)
-    settled = spread(field, cols, by_level(field, frontier), NOWHERE, work)
+    settled = spread(field, cols, by_level(field, frontier), frontier[:0], work, np.bool_(False))
     for cell in frontier:
         field[cell] = SHUT
     nearest, farthest = np.inf, -np.inf

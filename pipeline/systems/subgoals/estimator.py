@@ -112,7 +112,8 @@ def _add_products(
     values: NDArray[np.float32], matrix: NDArray[np.float32], bias: NDArray[np.float32], sums: NDArray[np.float32]
 ) -> None:
     """Write ``values @ matrix + bias`` into ``sums``: four rows of the matrix at a time, to store a sum less often."""
-    sums[:] = bias
+    for unit in range(sums.size):  # not sums[:] = bias, whose checks take seconds to compile
+        sums[unit] = bias[unit]
     whole = values.size // 4 * 4
     for k in range(0, whole, 4):
         one, two, three, four = values[k], values[k + 1], values[k + 2], values[k + 3]
