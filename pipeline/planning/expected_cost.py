@@ -1,29 +1,32 @@
-"""The cheapest order of subgoals, exactly: a dynamic programme over subsets (LSP eq. 4).
+"""The order in which to try subgoals: the one of least expected cost (LSP eq. 4).
 
-With W(a, S) the expected cost that remains after exploring beyond subgoal ``a`` in vain while the set S is untried,
+The cost of an ordering b1, b2, ... is D(b1) + P R_S + (1 - P) [R_E + the cost of b2, b3, ... from b1]. Equation (4)
+adds nothing once the subgoals are exhausted, although the last one may fail too: that is ``failure_penalty = 0``. Any
+other penalty is paid with the chance that all fail, which no order changes; it changes the cost and never the choice.
 
-    W(a, {}) = failure_penalty
-    W(a, S)  = min over b in S of  D(a, b) + P_b R_S(b) + (1 - P_b) [ R_E(b) + W(b, S - b) ]
-
-so n subgoals cost n^2 2^n steps instead of the n! orderings. Equation (4) adds nothing once the subgoals are
-exhausted, although the last one may fail too: that is ``failure_penalty = 0``.
+Up to ``MOST_EXACT`` subgoals are solved exactly, in the same time whatever the numbers (``ordering.exact``); more of
+them by a search that knows how far from the best it can be (``ordering.search``).
 """
 
 from typing import NamedTuple
 
-import numpy as np
-from numba import njit
-from numpy.typing import NDArray
+from pipeline.planning.ordering.exact import solve_exactly
+from pipeline.planning.ordering.problem import Vector, state_problem
+from pipeline.planning.ordering.search import search_order
 
-MOST_SUBGOALS = 16
-Vector = NDArray[np.float64]
+MOST_EXACT = 20
+MOST_SUBGOALS = 62  # a set of subgoals and the robot are the bits of one number
 
 
 class Ordering(NamedTuple):
-    """The best order in which to try subgoals, and its expected cost in the unit of the distances."""
+    """The best order found, its expected cost, and what no ordering falls below, in the unit of the distances.
+
+    The cost equals the bound where the order is known to be the best.
+    """
 
     order: list[int]
     cost: float
+    bound: float
 
 
 def order_subgoals(
@@ -34,67 +37,33 @@ def order_subgoals(
     exploration: Vector,
     *,
     failure_penalty: float = 0.0,
+    most_expanded: int = 100_000,
 ) -> Ordering:
-    """Return the ordering of least expected cost. All costs share one unit.
+    """Return the ordering of least expected cost, or a good one and a bound if that takes too long to find.
+
+    All costs share one unit and are 0 or more; inf says that there is no way. Up to ``MOST_EXACT`` subgoals, of several
+    that are equally good to try next the one with the lowest index comes first. Above, the result depends on the
+    arguments alone, and of orderings that differ in cost by less than 1e-9 of it any may come out.
 
     robot_distance: [n] from the robot to each subgoal; pair_distance: [n, n] between subgoals, by known space.
     p_success, success, exploration: [n] P_S, R_S and R_E of each subgoal.
+    failure_penalty: added when all have failed.
+    most_expanded: nodes that the search may expand, 1 to 2 us and 150 bytes each; exact solutions do not need it.
 
     Raises:
-        ValueError: no subgoal, or more than ``MOST_SUBGOALS``.
+        ValueError: no subgoal, or more than ``MOST_SUBGOALS``; a negative ``most_expanded``.
     """
     count = robot_distance.size
     if not 1 <= count <= MOST_SUBGOALS:
         raise ValueError(f"order_subgoals takes 1 to {MOST_SUBGOALS} subgoals, got {count}")
-    order, cost = _solve(robot_distance, pair_distance, p_success, success, exploration, failure_penalty)
-    return Ordering([int(subgoal) for subgoal in order], float(cost))
-
-
-@njit(cache=True, nogil=True)
-def _solve(
-    robot_distance: Vector,
-    pair_distance: Vector,
-    p_success: Vector,
-    success: Vector,
-    exploration: Vector,
-    failure_penalty: float,
-) -> tuple[NDArray[np.int64], float]:
-    count = robot_distance.size
-    full = (1 << count) - 1
-    gain = p_success * success + (1.0 - p_success) * exploration
-    fail = 1.0 - p_success
-    remaining = np.empty((full + 1, count))  # remaining[S, a] = W(a, S)
-    choice = np.empty((full + 1, count), dtype=np.int8)
-    remaining[0] = failure_penalty
-    onward = np.empty(count)
-    members = np.empty(count, dtype=np.int64)
-    for subset in range(1, full + 1):
-        size = 0
-        for b in range(count):
-            if subset >> b & 1:
-                members[size] = b
-                onward[size] = gain[b] + fail[b] * remaining[subset ^ (1 << b), b]
-                size += 1
-        for a in range(count):
-            if subset >> a & 1:
-                continue
-            best = np.inf
-            for k in range(size):
-                cost = pair_distance[a, members[k]] + onward[k]
-                if cost < best:
-                    best = cost
-                    choice[subset, a] = members[k]
-            remaining[subset, a] = best
-    best = np.inf
-    first = 0
-    for b in range(count):
-        cost = robot_distance[b] + gain[b] + fail[b] * remaining[full ^ (1 << b), b]
-        if cost < best:
-            best, first = cost, b
-    order = np.empty(count, dtype=np.int64)
-    order[0] = first
-    subset = full ^ (1 << first)
-    for k in range(1, count):
-        order[k] = choice[subset, order[k - 1]]
-        subset ^= 1 << order[k]
-    return order, best
+    if most_expanded < 0:
+        raise ValueError(f"most_expanded is how many nodes a search may expand, 0 or more, got {most_expanded}")
+    problem = state_problem(robot_distance, pair_distance, p_success, success, exploration)
+    if count <= MOST_EXACT:
+        order, cost = solve_exactly(problem)
+        bound = cost
+    else:
+        order, cost, bound = search_order(problem, most_expanded)
+    all_fail = float(problem.fail.prod())
+    at_the_end = failure_penalty * all_fail if all_fail > 0.0 else 0.0
+    return Ordering(order.tolist(), cost + at_the_end, bound + at_the_end)

@@ -1,52 +1,150 @@
-"""The subset programme equals trying every ordering of equation (4)."""
+"""The order of least expected cost: exact where it says so, and within its bound elsewhere."""
+
+import warnings
+from itertools import permutations
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.planning.expected_cost import order_subgoals
+from pipeline.planning.expected_cost import MOST_EXACT, MOST_SUBGOALS, order_subgoals
+from tests.planning.ordering.problems import (
+    Numbers,
+    draw_problem,
+    edge_problems,
+    least_cost,
+    least_cost_by_subsets,
+    plain_cost,
+)
 from tests.twins import slow_best_order, slow_expected_cost
-
-
-def problem(seed: int, count: int, low_p: float = 0.0) -> tuple[np.ndarray, ...]:
-    rng = np.random.default_rng(seed)
-    points = rng.uniform(0, 50, (count, 2))
-    pairs = np.linalg.norm(points[:, None] - points[None], axis=2)
-    robot = np.linalg.norm(points - rng.uniform(0, 50, 2), axis=1)
-    return robot, pairs, rng.uniform(low_p, 1, count), rng.uniform(0, 90, count), rng.uniform(0, 60, count)
 
 
 @settings(deadline=None, max_examples=150)
 @given(st.integers(0, 2**31), st.integers(1, 6), st.sampled_from([0.0, 25.0]))
 def test_equals_every_ordering_tried(seed: int, count: int, penalty: float) -> None:
-    numbers = problem(seed, count)
+    numbers = draw_problem(seed, count)
     found = order_subgoals(*numbers, failure_penalty=penalty)
     _, cost = slow_best_order(*numbers, penalty)
-    assert found.cost == pytest.approx(cost, abs=1e-6)
+    assert found.cost == found.bound == pytest.approx(cost, rel=1e-9)
     assert sorted(found.order) == list(range(count))
-    assert slow_expected_cost(found.order, *numbers, penalty) == pytest.approx(cost, abs=1e-6)
+    assert slow_expected_cost(found.order, *numbers, penalty) == pytest.approx(cost, rel=1e-9)
+
+
+def test_equals_every_ordering_of_seven() -> None:
+    numbers = draw_problem(7, 7)
+    assert order_subgoals(*numbers).cost == pytest.approx(slow_best_order(*numbers, 0.0)[1], rel=1e-9)
+
+
+@settings(deadline=None, max_examples=200)
+@given(edge_problems(most=6))
+def test_sure_hopeless_free_and_unreachable_subgoals(numbers: Numbers) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = order_subgoals(*numbers)
+    assert found.cost == found.bound == pytest.approx(least_cost(numbers), rel=1e-9)
+    assert plain_cost(tuple(found.order), numbers) == pytest.approx(found.cost, rel=1e-9)
+
+
+# Five subgoals share a block of subsets; from six on there are several.
+@pytest.mark.parametrize("count", [5, 6, 7, 8, 9, 10, 11, 12])
+def test_equals_the_recursion_over_subsets(count: int) -> None:
+    for seed, high_p in ((count, 1.0), (count + 100, 0.2)):
+        numbers = draw_problem(seed, count, high_p=high_p)
+        found = order_subgoals(*numbers)
+        assert found.cost == pytest.approx(least_cost_by_subsets(numbers), rel=1e-9)
+        assert plain_cost(tuple(found.order), numbers) == pytest.approx(found.cost, rel=1e-9)
 
 
 def test_a_worked_example() -> None:
     # Near dead end (P 0.1) before a sure way: 1 + 0.1*5 + 0.9*(4 + 3 + 10) = 16.8; the sure way first: 2 + 10 = 12.
-    order = order_subgoals(
+    found = order_subgoals(
         np.array([1.0, 2.0]),
         np.array([[0.0, 3.0], [3.0, 0.0]]),
         np.array([0.1, 1.0]),
         np.array([5.0, 10.0]),
         np.array([4.0, 0.0]),
     )
-    assert order.order[0] == 1 and order.cost == pytest.approx(12.0)
+    assert found.order == [1, 0] and found.cost == pytest.approx(12.0)
 
 
 def test_a_sure_subgoal_ends_the_sum() -> None:
-    robot, pairs, _, success, exploration = problem(1, 4)
-    order = order_subgoals(robot, pairs, np.ones(4), success, exploration)
-    assert order.cost == pytest.approx((robot + success).min())
+    robot, pairs, _, success, exploration = draw_problem(1, 4)
+    found = order_subgoals(robot, pairs, np.ones(4), success, exploration)
+    assert found.cost == pytest.approx((robot + success).min())
 
 
-@pytest.mark.parametrize("count", [0, 17])
+@settings(deadline=None, max_examples=100)
+@given(st.integers(0, 2**31), st.integers(1, 6))
+def test_of_equally_good_subgoals_the_first_comes_first(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    numbers = Numbers(
+        rng.integers(1, 3, count).astype(float),
+        rng.integers(1, 3, (count, count)).astype(float),
+        rng.choice([0.0, 0.25, 0.5], count),  # sums of such products are exact, so equal costs are equal numbers
+        rng.choice([2.0, 4.0], count),
+        rng.choice([2.0, 4.0], count),
+    )
+    costs = {order: plain_cost(order, numbers) for order in permutations(range(count))}
+    first = min(order for order, cost in costs.items() if cost == min(costs.values()))
+    assert order_subgoals(*numbers).order == list(first)
+
+
+def test_equal_subgoals_keep_their_order() -> None:
+    same = np.ones(9)
+    assert order_subgoals(same, np.zeros((9, 9)), same / 4, same, same).order == list(range(9))
+
+
+def test_the_penalty_changes_the_cost_and_not_the_choice() -> None:
+    numbers = draw_problem(3, 9, high_p=0.3)
+    without, with_it = order_subgoals(*numbers), order_subgoals(*numbers, failure_penalty=1e6)
+    assert with_it.order == without.order
+    assert with_it.cost == pytest.approx(without.cost + 1e6 * np.prod(1 - numbers.p))
+    sure = numbers._replace(p=np.append(numbers.p[:-1], 1.0))
+    assert order_subgoals(*sure, failure_penalty=np.inf).cost == order_subgoals(*sure).cost
+
+
+@pytest.mark.parametrize("count", [1, 4, 8, MOST_EXACT + 1])
+def test_where_nothing_can_be_reached_the_cost_is_inf(count: int) -> None:
+    numbers = draw_problem(0, count, high_p=0.5)._replace(robot=np.full(count, np.inf))
+    found = order_subgoals(*numbers)
+    assert sorted(found.order) == list(range(count))
+    assert found.cost == found.bound == np.inf
+
+
+def test_an_unreachable_subgoal_waits_behind_a_sure_one() -> None:
+    robot, pairs, p, success, exploration = draw_problem(5, 8, high_p=0.2)
+    robot[3] = pairs[:, 3] = pairs[3] = np.inf
+    p[6] = 1.0
+    found = order_subgoals(robot, pairs, p, success, exploration)
+    assert np.isfinite(found.cost)
+    assert found.order.index(3) > found.order.index(6)
+
+
+def test_arguments_may_be_views_and_stay_as_they_are() -> None:
+    numbers = draw_problem(2, 10)
+    table = np.stack([numbers.p, numbers.success, numbers.exploration], axis=1)
+    before = numbers.pairs.copy(), table.copy()
+    assert order_subgoals(numbers.robot[::1], numbers.pairs.T.T, *table.T) == order_subgoals(*numbers)
+    assert np.array_equal(numbers.pairs, before[0]) and np.array_equal(table, before[1])
+
+
+def test_above_the_exact_the_bound_holds_and_meets_the_cost_if_given_time() -> None:
+    numbers = draw_problem(4, MOST_EXACT + 2, 0.02, 0.2)
+    hasty = order_subgoals(*numbers, failure_penalty=10.0, most_expanded=0)
+    found = order_subgoals(*numbers, failure_penalty=10.0)
+    assert hasty.bound < found.bound == found.cost <= hasty.cost
+    assert sorted(found.order) == list(range(MOST_EXACT + 2))
+    assert plain_cost(tuple(found.order), numbers, 10.0) == pytest.approx(found.cost, rel=1e-9)
+    assert plain_cost(tuple(hasty.order), numbers, 10.0) == pytest.approx(hasty.cost, rel=1e-9)
+
+
+@pytest.mark.parametrize("count", [0, MOST_SUBGOALS + 1])
 def test_too_few_or_too_many_are_refused(count: int) -> None:
-    with pytest.raises(ValueError, match=f"got {count}"):
+    with pytest.raises(ValueError, match=f"takes 1 to {MOST_SUBGOALS} subgoals, got {count}"):
         order_subgoals(*(np.zeros((count, count)) if k == 1 else np.zeros(count) for k in range(5)))
+
+
+def test_a_negative_number_of_nodes_is_refused() -> None:
+    with pytest.raises(ValueError, match="0 or more, got -1"):
+        order_subgoals(*draw_problem(0, 3), most_expanded=-1)
