@@ -10,12 +10,10 @@ them by a search that knows how far from the best it can be (``ordering.search``
 
 from typing import NamedTuple
 
+from pipeline.planning.ordering import MOST_EXACT, MOST_SUBGOALS
 from pipeline.planning.ordering.exact import solve_exactly
 from pipeline.planning.ordering.problem import Vector, state_problem
 from pipeline.planning.ordering.search import search_order
-
-MOST_EXACT = 20
-MOST_SUBGOALS = 62  # a set of subgoals and the robot are the bits of one number
 
 
 class Ordering(NamedTuple):

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.planning.expected_cost import MOST_EXACT, MOST_SUBGOALS, order_subgoals
+from pipeline.planning.expected_cost import order_subgoals
+from pipeline.planning.ordering import MOST_EXACT, MOST_SUBGOALS
 from tests.planning.ordering.problems import (
     Numbers,
     draw_problem,

@@ -8,6 +8,7 @@ import pytest
 from omegaconf import OmegaConf
 
 from pipeline.errors import ConfigError
+from pipeline.planning import ordering
 from pipeline.stages.door import typed, workspace
 from pipeline.stages.settings import ExecutionConfig, PlannerConfig, RobotConfig, SensorConfig, require
 
@@ -98,6 +99,7 @@ IMPOSSIBLE = [
     (RobotConfig, {"radius_m": -0.1, "step_m": 0.5}, "robot.radius_m"),
     (RobotConfig, {"radius_m": 0.1, "step_m": 0.0}, "robot.step_m"),
     (PlannerConfig, {"max_subgoals": 0}, "planner.max_subgoals"),
+    (PlannerConfig, {"max_subgoals": ordering.MOST_SUBGOALS + 1}, "planner.max_subgoals = 63: expected from 1 to 62"),
     (PlannerConfig, {"failure_penalty_m": float("nan")}, "planner.failure_penalty_m"),
     (ExecutionConfig, {"workers": 0}, "execution.workers"),
     (ExecutionConfig, {"backend": "thread"}, "execution.backend"),
