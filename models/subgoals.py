@@ -1,12 +1,12 @@
 """The network of learned subgoal planning (Stein et al. 2018, section 4) and how it is trained."""
 
-# Shapes: B batch, I inputs (260), H hidden width of one layer, O raw outputs (3: logit of P_S, delta success,
+# Shapes: B batch, S steps, I inputs (260), H hidden width of one layer, O raw outputs (3: logit of P_S, delta success,
 #         exploration), T regression targets (2: delta success, exploration), L losses (4: total, then one per output).
 #         A trailing digit is that many values. "scaled" is in units of the targets' own spread, "_m" in metres.
 
 # ruff: noqa: N803, N806, N815 - the capitals at the end of a name are its shape
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
@@ -36,8 +36,16 @@ class Losses(NamedTuple):
     exploration: Tensor
 
 
+class LossSums(NamedTuple):
+    """What losses are made of; those of several batches may be added up."""
+
+    entropy: Tensor  # scalar: cross-entropy times weight, over all rows
+    squared_T: Tensor  # squared errors over the rows to which each target applies
+    applies_T: Tensor  # how many those are
+
+
 class Dropout(nn.Module):
-    """Dropout as torch's own, at an eighth of its cost on a CPU: eight decisions from each random word.
+    """Dropout as torch's own, at a tenth of its cost on a CPU: eight decisions from each random word.
 
     The rate is rounded to a multiple of 1/256; what is kept is scaled up by the rounded rate.
     """
@@ -54,7 +62,9 @@ class Dropout(nn.Module):
         words = torch.empty((values_BH.numel() + 7) // 8, dtype=torch.int64, device=values_BH.device)
         words.random_(-(2**63), None)  # all 64 bits
         bytes_BH = words.view(torch.uint8)[: values_BH.numel()].view(values_BH.shape)
-        return values_BH * ((bytes_BH >= self.threshold).to(values_BH.dtype) * (256 / (256 - self.threshold)))
+        # Compared into numbers at once: booleans turned into numbers later cost six times as much.
+        kept_BH = torch.ge(bytes_BH, self.threshold, out=torch.empty_like(values_BH))
+        return values_BH * kept_BH.mul_(256 / (256 - self.threshold))
 
 
 class SubgoalNet(nn.Module):
@@ -133,20 +143,32 @@ def subgoal_losses(
     scaled_BT: the batch's targets, scaled. success_weight, exploration_weight: what the regressions of delta success
     and of exploration count beside the cross-entropy. A batch in which one never applies adds 0 for it.
     """
+    sums = loss_sums(raw_BO, scaled_BT, batch)
+    return mean_losses(sums, len(raw_BO), success_weight=success_weight, exploration_weight=exploration_weight)
+
+
+def loss_sums(raw_BO: Tensor, scaled_BT: Tensor, batch: Batch) -> LossSums:
+    """Return what the losses of ``batch`` are made of; arguments as in :func:`subgoal_losses`."""
     entropy_B = functional.binary_cross_entropy_with_logits(raw_BO[:, 0], batch.leads_B, reduction="none")
     applies_BT = torch.stack([batch.leads_B, 1.0 - batch.leads_B], dim=1)
     squared_BT = (raw_BO[:, 1:] - scaled_BT).square() * applies_BT
-    delta, exploration = squared_BT.sum(dim=0) / applies_BT.sum(dim=0).clamp(min=1.0)
-    success = (entropy_B * batch.weight_B).mean()
+    return LossSums((entropy_B * batch.weight_B).sum(), squared_BT.sum(dim=0), applies_BT.sum(dim=0))
+
+
+def mean_losses(sums: LossSums, rows: int, *, success_weight: float, exploration_weight: float) -> Losses:
+    """Return the losses over the ``rows`` that ``sums`` add up; arguments as in :func:`subgoal_losses`."""
+    success = sums.entropy / rows
+    delta, exploration = sums.squared_T / sums.applies_T.clamp(min=1.0)
     total = success + success_weight * delta + exploration_weight * exploration
     return Losses(total, success, delta, exploration)
 
 
 class SubgoalTraining(LightningModule):
-    """Adam with a stepped decay on :func:`subgoal_losses`; nothing is logged per step, sums are kept instead."""
+    """Adam with a stepped decay on :func:`subgoal_losses`; nothing is logged per step, losses are kept instead.
 
-    loss_sums_L: Tensor
-    loss_steps: Tensor
+    Lightning hands over whole strides of steps, not batches: its loop around one step costs as much as half a step of
+    a network of this size. Within a stride this is a plain loop of torch (Lightning's manual optimization).
+    """
 
     def __init__(
         self,
@@ -160,11 +182,11 @@ class SubgoalTraining(LightningModule):
     ) -> None:
         """Train ``net``; the learning rate is multiplied by ``decay`` every ``decay_every`` steps."""
         super().__init__()
+        self.automatic_optimization = False
         self.net = net
         self.learning_rate, self.decay, self.decay_every = learning_rate, decay, decay_every
         self.success_weight, self.exploration_weight = success_weight, exploration_weight
-        self.register_buffer("loss_sums_L", torch.zeros(len(Losses._fields)), persistent=False)
-        self.register_buffer("loss_steps", torch.zeros(()), persistent=False)
+        self._kept: list[float] = []  # the losses of each step since the last call of take_mean_losses
 
     def losses(self, batch: Batch) -> Losses:
         """Return the losses of the network, in its present mode, on ``batch``."""
@@ -176,19 +198,34 @@ class SubgoalTraining(LightningModule):
             exploration_weight=self.exploration_weight,
         )
 
-    def training_step(self, batch: Batch, _: int) -> Tensor:
-        """Return what Lightning minimises."""
-        losses = self.losses(batch)
-        with torch.no_grad():
-            self.loss_sums_L += torch.stack(losses)
-            self.loss_steps += 1.0
-        return losses.total
+    def training_step(self, stride: Iterable[tuple[int, Batch]], _: int) -> None:
+        """Take one optimizer step with each batch of ``stride``; the number beside it seeds the step's dropout."""
+        optimizer, schedule = self.optimizers(use_pl_optimizer=False), self.lr_schedulers()
+        assert isinstance(optimizer, torch.optim.Optimizer)
+        assert isinstance(schedule, torch.optim.lr_scheduler.LRScheduler)
+        # What Lightning's own wrapper of the optimizer counts with, and what `trainer.global_step` reads.
+        counted = self.trainer.fit_loop.epoch_loop.manual_optimization.optim_step_progress
+        taken = []
+        for seed, batch in stride:
+            seed_dropout(seed, self.device)
+            losses = self.losses(batch)
+            optimizer.zero_grad()
+            torch.autograd.backward(losses.total)
+            optimizer.step()
+            schedule.step()
+            counted.increment_completed()
+            taken.append(losses)
+        self.keep(taken)
+
+    def keep(self, taken: Sequence[Losses]) -> None:
+        """Remember the losses of some steps for :meth:`take_mean_losses`."""
+        self._kept += torch.stack([part.detach() for losses in taken for part in losses]).tolist()
 
     def take_mean_losses(self) -> list[float]:
         """Return the mean of each of :class:`Losses` over the steps since the last call, and start anew."""
-        means_L: list[float] = (self.loss_sums_L / self.loss_steps.clamp(min=1.0)).tolist()
-        self.loss_sums_L.zero_()
-        self.loss_steps.zero_()
+        kept_SL = torch.tensor(self._kept, dtype=torch.float64).view(-1, len(Losses._fields))
+        self._kept = []
+        means_L: list[float] = kept_SL.mean(dim=0).tolist()
         return means_L
 
     def configure_optimizers(self) -> dict[str, object]:  # type: ignore[override]  # Lightning's own union of dicts
@@ -196,3 +233,11 @@ class SubgoalTraining(LightningModule):
         optimizer = torch.optim.Adam(self.net.parameters(), lr=self.learning_rate, fused=True)
         schedule = torch.optim.lr_scheduler.StepLR(optimizer, step_size=self.decay_every, gamma=self.decay)
         return {"optimizer": optimizer, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}
+
+
+def seed_dropout(seed: int, device: torch.device) -> None:
+    """Make what is drawn next on ``device`` a function of ``seed``."""
+    # torch.manual_seed would queue a stack trace for each kind of device at every step, and keep them all.
+    torch.default_generator.manual_seed(seed)
+    if device.type == "cuda":
+        torch.cuda.manual_seed(seed)

@@ -1,8 +1,9 @@
 """Parquet shards to datums."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pyarrow as pa
@@ -13,6 +14,8 @@ from numpy.typing import NDArray
 from pipeline.datums.schema import BEAMS, DATUM_SCHEMA, DATUM_VERSION, METADATA_KEY, DatumRows, stack
 from pipeline.errors import TableError
 
+_ROWS_AT_ONCE: Final = 2048
+
 
 def read_datums(folder: Path, splits: Sequence[str] | None = None) -> DatumRows:
     """Return the datums of ``folder`` in shard order, of all splits or of ``splits``.
@@ -20,27 +23,40 @@ def read_datums(folder: Path, splits: Sequence[str] | None = None) -> DatumRows:
     Raises TableError naming the file when the folder or its shards are missing, a shard is damaged or of another
     version; the message says what to run.
     """
-    shards = sorted(folder.glob("part-*.parquet"))
-    if not shards:
-        raise TableError(f"{folder} holds no datums (part-*.parquet expected): run the harvest stage first.")
-    parts = [rows for path in shards if len((rows := _read_shard(path, splits)).pair_id)]
+    parts = list(read_blocks(folder, splits))
     if not parts:
         return stack([])
     return DatumRows(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
-def _read_shard(path: Path, splits: Sequence[str] | None) -> DatumRows:
+def read_blocks(
+    folder: Path, splits: Sequence[str] | None = None, *, rows_at_once: int = _ROWS_AT_ONCE
+) -> Iterator[DatumRows]:
+    """Yield what :func:`read_datums` returns, up to ``rows_at_once`` rows at a time, none of them empty.
+
+    Raises TableError as it does, at the latest when the shard in question is reached.
+    """
+    shards = sorted(folder.glob("part-*.parquet"))
+    if not shards:
+        raise TableError(f"{folder} holds no datums (part-*.parquet expected): run the harvest stage first.")
+    for path in shards:
+        for table in _read_tables(path, rows_at_once):
+            if splits is not None:
+                table = table.filter(pc.is_in(table["split"], pa.array(list(splits), type=pa.string())))
+            if len(table):
+                yield DatumRows(*(_values(table[field.name].combine_chunks()) for field in DATUM_SCHEMA))  # type: ignore[arg-type]
+
+
+def _read_tables(path: Path, rows_at_once: int) -> Iterator[pa.Table]:
     try:
         with pq.ParquetFile(path) as file:
             _check_version(path, file.schema_arrow)
-            table = file.read()
+            for batch in file.iter_batches(rows_at_once):
+                yield pa.Table.from_batches([batch])
     except (OSError, pa.ArrowException) as error:
         raise TableError(
             f"{path} is not a readable parquet file ({error}): delete it and run the harvest stage again."
         ) from error
-    if splits is not None:
-        table = table.filter(pc.is_in(table["split"], pa.array(list(splits), type=pa.string())))
-    return DatumRows(*(_values(table[field.name].combine_chunks()) for field in DATUM_SCHEMA))  # type: ignore[arg-type]
 
 
 def _check_version(path: Path, found: pa.Schema) -> None:

@@ -17,8 +17,10 @@ from lightning.pytorch.loggers import Logger
 from models.subgoals import SubgoalNet, SubgoalTraining, TargetScaling
 from pipeline.errors import TableError
 from pipeline.files import remove_partials
-from pipeline.learning.examples import Batches, Examples, fit_scaling
-from pipeline.learning.looks import BEST, LAST, MARK, Bar, Looks, StepSeeds
+from pipeline.learning.batches import Batches
+from pipeline.learning.examples import Examples
+from pipeline.learning.looks import BEST, LAST, MARK, Bar, Looks
+from pipeline.learning.scaling import fit_scaling
 from pipeline.randomness import stream
 
 _LOG = logging.getLogger(__name__)
@@ -64,9 +66,11 @@ def fit(
     *,
     logger: Logger | None = None,
     progress: bool = True,
+    callbacks: Sequence[Callback] = (),
 ) -> Fitted:
     """Train on ``train``, keep what is best on ``validation``; last.ckpt, best.ckpt, curves.parquet go to ``folder``.
 
+    callbacks: called between strides of steps, before the looks at validation.
     Sets torch to one thread: on a net of this size more threads gain nothing and lose much on a busy machine.
     A last.ckpt of the same data and settings is taken up; any other is replaced, with a line in the log.
     Raises TableError when there are too few examples to train on.
@@ -84,8 +88,8 @@ def fit(
     training = make_training(train, settings)
     looks = Looks(validation, folder, every=settings.validate_every, steps=settings.steps, fingerprint=fingerprint)
     if done < settings.steps:
-        callbacks = [looks, StepSeeds(settings.seed), *([Bar(looks)] if progress else [])]
-        _run(training, train, settings, folder, callbacks, logger, resume=done > 0)
+        called = [*callbacks, looks, *([Bar(looks)] if progress else [])]
+        _run(training, train, settings, folder, called, logger, resume=done > 0)
     return _best(training.net, folder, fingerprint, resumed_from=done)
 
 
@@ -146,6 +150,8 @@ def _run(
             batch_size=settings.batch_size,
             seed=settings.seed,
             steps=settings.steps,
+            look_every=settings.validate_every,
+            scratch=folder,
             step=lambda: trainer.global_step,
         )
         trainer.fit(training, batches, ckpt_path=folder / LAST if resume else None, weights_only=True)

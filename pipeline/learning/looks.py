@@ -1,11 +1,10 @@
-"""What happens between training steps: a look at validation, curves, checkpoints, the seed of dropout, a bar."""
+"""What happens between strides of training steps: a look at validation, curves, checkpoints, a bar."""
 
 import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Final
 
-import torch
 from lightning.pytorch import Callback, LightningModule, Trainer
 from rich.console import Console
 from rich.progress import (
@@ -23,7 +22,6 @@ from pipeline.files import replacing
 from pipeline.learning.curves import CurvePoint, read_curves, write_curves
 from pipeline.learning.examples import Examples
 from pipeline.learning.prediction import validate
-from pipeline.randomness import stream
 
 LAST: Final = "last.ckpt"
 BEST: Final = "best.ckpt"
@@ -98,27 +96,12 @@ class Looks(Callback):
             trainer.save_checkpoint(scratch)
 
 
-class StepSeeds(Callback):
-    """Seeds torch before each step, so that dropout is a function of (seed, step) and a resume changes nothing."""
-
-    def __init__(self, seed: int) -> None:
-        """Derive the seeds of all steps from ``seed``."""
-        self.first = int(stream(seed, "dropout").integers(2**62))
-
-    def on_train_batch_start(self, trainer: Trainer, pl_module: LightningModule, *_: Any) -> None:
-        """Seed the step."""
-        # torch.manual_seed would queue a stack trace for each kind of device at every step, and keep them all.
-        torch.default_generator.manual_seed(self.first + trainer.global_step)
-        if pl_module.device.type == "cuda":
-            torch.cuda.manual_seed(self.first + trainer.global_step)
-
-
 class Bar(Callback):
     """A bar on stderr with steps per second and the latest validation loss."""
 
-    def __init__(self, looks: Looks, *, refresh_every: int = 50) -> None:
+    def __init__(self, looks: Looks) -> None:
         """Show the best loss that ``looks`` has seen."""
-        self.looks, self.refresh_every = looks, refresh_every
+        self.looks = looks
         columns = (
             TextColumn("train"),
             BarColumn(),
@@ -141,7 +124,7 @@ class Bar(Callback):
     def on_train_batch_end(self, trainer: Trainer, *_: Any) -> None:
         """Move the bar."""
         step = trainer.global_step
-        if self.task is not None and (step % self.refresh_every == 0 or step == self.looks.steps):
+        if self.task is not None:
             elapsed = self.progress.tasks[self.task].elapsed or 0.0
             rate = f"{(step - self.first) / elapsed:.0f}/s" if elapsed > 0 else "-/s"
             self.progress.update(self.task, completed=step, rate=rate, loss=f"{self.looks.best_loss:.4f}")

@@ -1,18 +1,31 @@
 """How well a network predicts, in numbers that can be compared between runs."""
 
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
+
+from pipeline.learning.scratch import Spool, row_blocks
 
 Values = NDArray[np.float64]
 
 
-def score(
-    p: Values, costs_m: Values, leads: NDArray[np.bool_], targets_m: Values, means_m: Values, *, bins: int = 10
-) -> dict[str, float]:
-    """Return the scores of N predictions; a score that needs a class that is missing is left out.
+class Predicted(NamedTuple):
+    """n predictions and what is true."""
 
-    p: [N] predicted P_S. costs_m: [N, 2] predicted delta success and exploration. leads: [N]. targets_m: [N, 2].
+    p: Values  # [n] P_S
+    costs_m: Values  # [n, 2] predicted delta success and exploration
+    leads: NDArray[np.bool_]  # [n]
+    targets_m: Values  # [n, 2] true delta success and exploration; only that which applies counts
+
+
+def score(blocks: Iterable[Predicted], means_m: Values, scratch: Path, *, bins: int = 10) -> dict[str, float]:
+    """Return the scores of N predictions, seen once, block by block; one that needs a missing class is left out.
+
     means_m: [2] the mean of each target in training: what one would predict knowing nothing of the input.
+    scratch: a folder for files that hold each p once; they vanish.
 
     rows, base_rate: how many, and the share that leads to the goal. cross_entropy: mean, unweighted [nat];
     cross_entropy_base: that of always saying the base rate. accuracy: share on the right side of 0.5;
@@ -20,44 +33,60 @@ def score(
     calibration_error: mean gap between p and frequency over ``bins`` equal bins of p, weighted by rows.
     delta_success_mae_m, exploration_mae_m: mean error where the cost applies; the same with _base predicts the mean.
     """
-    scores: dict[str, float] = {"rows": float(len(p))}
-    if not len(p):
+    rows, right, entropy = 0, 0, 0.0
+    gaps, errors_m, errors_base_m = np.zeros(bins), np.zeros(2), np.zeros(2)
+    leading, others = Spool(scratch), Spool(scratch)
+    for p, costs_m, leads, targets_m in blocks:
+        leading.append(p[leads])
+        others.append(p[~leads])
+        rows += len(p)
+        right += int(((p > 0.5) == leads).sum())
+        entropy += _cross_entropy(p, leads)
+        bin_of = np.minimum((p * bins).astype(np.int64), bins - 1)
+        gaps += np.bincount(bin_of, weights=p - leads, minlength=bins)
+        for index, applies in enumerate((leads, ~leads)):
+            truth = targets_m[applies, index]
+            errors_m[index] += np.abs(costs_m[applies, index] - truth).sum()
+            errors_base_m[index] += np.abs(means_m[index] - truth).sum()
+    scores = {"rows": float(rows)}
+    if not rows:
         return scores
-    rate = float(leads.mean())
+    rate = leading.count / rows
     scores |= {
         "base_rate": rate,
-        "cross_entropy": _cross_entropy(p, leads),
-        "cross_entropy_base": _cross_entropy(np.full_like(p, rate), leads),
-        "accuracy": float(((p > 0.5) == leads).mean()),
+        "cross_entropy": entropy / rows,
+        "cross_entropy_base": rate * _surprise(rate) + (1.0 - rate) * _surprise(1.0 - rate),
+        "accuracy": right / rows,
         "accuracy_base": max(rate, 1.0 - rate),
-        "calibration_error": calibration_error(p, leads, bins=bins),
+        "calibration_error": float(np.abs(gaps).sum() / rows),
     }
     if 0.0 < rate < 1.0:
-        scores["auc"] = auc(p, leads)
-    for index, (name, applies) in enumerate((("delta_success", leads), ("exploration", ~leads))):
-        if applies.any():
-            truth = targets_m[applies, index]
-            scores[f"{name}_mae_m"] = float(np.abs(costs_m[applies, index] - truth).mean())
-            scores[f"{name}_mae_base_m"] = float(np.abs(means_m[index] - truth).mean())
+        scores["auc"] = auc(leading.mapped(), others.mapped())
+    for index, (name, count) in enumerate((("delta_success", leading.count), ("exploration", others.count))):
+        if count:
+            scores[f"{name}_mae_m"] = float(errors_m[index] / count)
+            scores[f"{name}_mae_base_m"] = float(errors_base_m[index] / count)
     return scores
 
 
-def auc(p: Values, leads: NDArray[np.bool_]) -> float:
-    """Return the chance that a random row that leads gets a larger ``p`` than one that does not; ties count half."""
-    _, inverse, counts = np.unique(p, return_inverse=True, return_counts=True)
-    ranks = (np.cumsum(counts) - (counts - 1) / 2.0)[inverse]  # mean rank of equal values, from 1
-    ones = int(leads.sum())
-    zeros = len(leads) - ones
-    return float((ranks[leads].sum() - ones * (ones + 1) / 2.0) / (ones * zeros))
+def auc(leading: Values, others: Values) -> float:
+    """Return the chance that a random value of ``leading`` exceeds one of ``others``; ties count half.
 
-
-def calibration_error(p: Values, leads: NDArray[np.bool_], *, bins: int = 10) -> float:
-    """Return the mean gap between predicted and observed frequency over ``bins`` equal bins, weighted by rows."""
-    index = np.minimum((p * bins).astype(np.int64), bins - 1)
-    gap = np.bincount(index, weights=p - leads, minlength=bins)
-    return float(np.abs(gap).sum() / len(p))
+    Both are sorted in place, which needs no memory beside them.
+    """
+    leading.sort()
+    others.sort()
+    halves = 0
+    for block in row_blocks(len(leading)):
+        halves += int(others.searchsorted(leading[block], "left").sum())
+        halves += int(others.searchsorted(leading[block], "right").sum())
+    return halves / (2.0 * len(leading) * len(others))
 
 
 def _cross_entropy(p: Values, leads: NDArray[np.bool_]) -> float:
     clipped = np.clip(p, 1e-12, 1.0 - 1e-12)
-    return float(-np.where(leads, np.log(clipped), np.log1p(-clipped)).mean())
+    return float(-np.where(leads, np.log(clipped), np.log1p(-clipped)).sum())
+
+
+def _surprise(p: float) -> float:
+    return float(-np.log(max(p, 1e-12)))

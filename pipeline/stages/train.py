@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 from omegaconf import DictConfig
 
 from models.subgoals import SubgoalPredictor, TargetScaling
-from pipeline.datums import DatumRows, digest, read_datums
+from pipeline.datums import DatumRows, digest
+from pipeline.datums.reader import read_blocks
 from pipeline.errors import TableError
 from pipeline.files import write_json
 from pipeline.learning.calibration import Calibration, calibrate
-from pipeline.learning.examples import Examples, label_examples
+from pipeline.learning.examples import Examples, spool_examples
 from pipeline.learning.fit import FitSettings, Fitted, fit
-from pipeline.learning.prediction import logits_of, mean_costs, score_network
+from pipeline.learning.prediction import logits_of, score_network
+from pipeline.learning.scaling import mean_costs
 from pipeline.learning.weights import NetworkHeader, save_weights
 from pipeline.stages.door import StageResult, launch, typed, workspace
 from pipeline.stages.recording import tracker
@@ -28,7 +30,6 @@ from pipeline.tracking import Model, training_logger
 
 CODE = ("learning", "../models")  # the inputs' code shows in the inputs themselves
 
-_ROWS_AT_ONCE = 16384
 _SHOWN_TO_THE_STORE = 16  # rows of the input example that gives the logged model its signature
 
 
@@ -79,7 +80,8 @@ def train(raw: DictConfig) -> StageResult:
     config = typed(TrainConfig, raw, "train")
     work = workspace(raw)
     source, target = work.folder("harvest") / "datums", work.folder("train")
-    examples = {split: read_examples(source, split, config) for split in ("train", "validation")}
+    # Scratch lies beside the stages' folders, none of which may hold anything that DVC would keep.
+    examples = {split: read_examples(source, split, config, work.root) for split in ("train", "validation")}
     store = tracker(raw)
     logger = training_logger(store) if store is not None else None
     fitted = fit(
@@ -90,9 +92,9 @@ def train(raw: DictConfig) -> StageResult:
         logger=logger,
         progress=work.progress,
     )
-    calibration = _calibration(fitted, examples["validation"]) if config.calibrate else Calibration()
+    calibration = _calibration(fitted, examples["validation"], work.root) if config.calibrate else Calibration()
     save_weights(target / "network.safetensors", _header(fitted, config, calibration), _arrays(fitted))
-    summary = _summary(fitted, calibration, examples, config)
+    summary = _summary(fitted, calibration, examples, config, work.root)
     write_json(target / "train.json", summary)
     _tell(summary)
     return StageResult(
@@ -104,34 +106,34 @@ def train(raw: DictConfig) -> StageResult:
     )
 
 
-def read_examples(folder: Path, split: str, config: TrainConfig) -> Examples:
-    """Return the datums of ``split`` as the network sees them. Raises TableError when there are none."""
-    rows = read_datums(folder, [split])
-    if not len(rows.pair_id):
+def read_examples(folder: Path, split: str, config: TrainConfig, scratch: Path) -> Examples:
+    """Return the datums of ``split`` as the network sees them, in scratch files in the folder ``scratch``.
+
+    At no time more than one block of them is in memory. Raises TableError when there are none.
+    """
+    blocks = ((network_inputs(rows, config, folder), rows) for rows in read_blocks(folder, [split]))
+    examples = spool_examples(blocks, scratch, by_cost=config.cost_weighted, by_class=config.class_balanced)
+    if not examples.count:
         raise TableError(
             f"{folder} holds no datums of the split {split!r}: the train stage needs train and validation. Put both in "
             "harvest.splits, and plans in both in conf/plans or conf/rasterize."
         )
-    if config.input_frame == "map":
-        if not rows.map_view.size:
-            raise TableError(
-                f"{folder} holds no views of the map, which train.input_frame=map needs: harvest with "
-                "harvest.map_views=true."
-            )
-        inputs = map_inputs(rows.map_view)
-    else:
-        inputs = build_inputs(rows, "robot" if config.input_frame == "robot" else "subgoal")
-    return label_examples(rows, inputs, by_cost=config.cost_weighted, by_class=config.class_balanced)
+    return examples
 
 
-def build_inputs(rows: DatumRows, frame: InputFrame) -> NDArray[np.float32]:
-    """Return the network's inputs [N, 260] for ``rows``, by the function that the planner uses too."""
-    goals = np.stack([rows.goal_x_m, rows.goal_y_m], axis=1)
-    subgoals = np.stack([rows.subgoal_x_m, rows.subgoal_y_m], axis=1)
-    blocks = [slice(first, first + _ROWS_AT_ONCE) for first in range(0, len(goals), _ROWS_AT_ONCE)]
-    return np.concatenate(
-        [subgoal_inputs(rows.ranges[block], goals[block], subgoals[block], frame=frame) for block in blocks]
-    )
+def network_inputs(rows: DatumRows, config: TrainConfig, folder: Path) -> NDArray[np.float32]:
+    """Return the network's inputs [N, I] for ``rows`` of ``folder``, by the functions that the planner uses too."""
+    if config.input_frame != "map":
+        goals = np.stack([rows.goal_x_m, rows.goal_y_m], axis=1)
+        subgoals = np.stack([rows.subgoal_x_m, rows.subgoal_y_m], axis=1)
+        frame: InputFrame = "robot" if config.input_frame == "robot" else "subgoal"
+        return subgoal_inputs(rows.ranges, goals, subgoals, frame=frame)
+    if not rows.map_view.size:
+        raise TableError(
+            f"{folder} holds no views of the map, which train.input_frame=map needs: harvest with "
+            "harvest.map_views=true."
+        )
+    return map_inputs(rows.map_view)
 
 
 def fit_settings(config: TrainConfig, seed: int) -> FitSettings:
@@ -154,8 +156,8 @@ def fit_settings(config: TrainConfig, seed: int) -> FitSettings:
     )
 
 
-def _calibration(fitted: Fitted, validation: Examples) -> Calibration:
-    return calibrate(logits_of(fitted.net, validation), validation.leads.numpy() > 0.5)
+def _calibration(fitted: Fitted, validation: Examples, scratch: Path) -> Calibration:
+    return calibrate(logits_of(fitted.net, validation, scratch), validation.leads)
 
 
 def _header(fitted: Fitted, config: TrainConfig, calibration: Calibration) -> NetworkHeader:
@@ -177,11 +179,11 @@ def _arrays(fitted: Fitted) -> dict[str, NDArray[np.float32]]:
 
 
 def _summary(
-    fitted: Fitted, calibration: Calibration, examples: dict[str, Examples], config: TrainConfig
+    fitted: Fitted, calibration: Calibration, examples: dict[str, Examples], config: TrainConfig, scratch: Path
 ) -> dict[str, Any]:
     means_m = mean_costs(examples["train"])
-    scores = {split: score_network(fitted.net, rows, calibration, means_m) for split, rows in examples.items()}
-    uncalibrated = score_network(fitted.net, examples["validation"], Calibration(), means_m)
+    scores = {split: score_network(fitted.net, rows, calibration, means_m, scratch) for split, rows in examples.items()}
+    uncalibrated = score_network(fitted.net, examples["validation"], Calibration(), means_m, scratch)
     scores["validation"]["calibration_error_before"] = uncalibrated["calibration_error"]
     return {
         **scores,
@@ -196,7 +198,7 @@ def _summary(
 
 def _model(fitted: Fitted, calibration: Calibration, validation: Examples) -> Model:
     predictor = SubgoalPredictor(fitted.net, slope=calibration.slope, offset=calibration.offset).eval()
-    inputs = validation.inputs[:_SHOWN_TO_THE_STORE]
+    inputs = validation.inputs[:_SHOWN_TO_THE_STORE].clone()  # a view would keep the scratch file
     with torch.no_grad():
         outputs = predictor(inputs)
     return Model(network=predictor, inputs=inputs.numpy(), outputs=outputs.numpy())

@@ -33,10 +33,7 @@ def make_examples(count: int, seed: int, inputs: int = 12) -> Examples:
     """Leads to the goal where one input exceeds another; the costs are two other inputs."""
     values = np.random.default_rng(seed).uniform(0.0, 10.0, (count, inputs)).astype(np.float32)
     leads = values[:, 0] > values[:, 1]
-    targets = np.stack([np.where(leads, values[:, 2], 0.0), np.where(leads, 0.0, values[:, 3])], axis=1)
+    labels = [leads, np.where(leads, values[:, 2], 0.0), np.where(leads, 0.0, values[:, 3]), np.ones(count)]
     return Examples(
-        inputs=torch.from_numpy(values),
-        leads=torch.from_numpy(leads.astype(np.float32)),
-        targets_m=torch.from_numpy(targets.astype(np.float32)),
-        weight=torch.ones(count),
+        inputs=torch.from_numpy(values), labels=torch.from_numpy(np.stack(labels, axis=1).astype(np.float32))
     )

@@ -1,9 +1,14 @@
 import numpy as np
 import pytest
-from sklearn.metrics import roc_auc_score
 
+from pipeline.learning import calibration
 from pipeline.learning.calibration import Calibration, calibrate, sigmoid
-from pipeline.learning.metrics import auc, calibration_error, score
+
+
+def calibration_error(p: np.ndarray, leads: np.ndarray) -> float:
+    """The mean gap between p and frequency over ten bins."""
+    bins = np.minimum((10 * p).astype(int), 9)
+    return float(sum(abs((p - leads)[bins == index].sum()) for index in range(10)) / len(p))
 
 
 def draw(slope: float, offset: float, count: int = 20_000) -> tuple[np.ndarray, np.ndarray]:
@@ -52,29 +57,8 @@ def test_sigmoid_does_not_overflow() -> None:
         assert sigmoid(np.array([-1e4, 0.0, 1e4])).tolist() == [0.0, 0.5, 1.0]
 
 
-def test_auc_equals_a_peers_with_ties() -> None:
-    rng = np.random.default_rng(1)
-    p, leads = rng.integers(0, 7, 300) / 7.0, rng.random(300) < 0.3
-    assert auc(p, leads) == pytest.approx(roc_auc_score(leads, p))
-
-
-def test_scores_by_hand() -> None:
-    p = np.array([0.9, 0.6, 0.2, 0.4])
-    leads = np.array([True, False, False, True])
-    costs = np.array([[3.0, 9.0], [9.0, 5.0], [9.0, 1.0], [1.0, 9.0]])
-    truth = np.array([[2.0, 0.0], [0.0, 5.0], [0.0, 3.0], [4.0, 0.0]])
-    found = score(p, costs, leads, truth, np.array([2.0, 4.0]))
-    assert found["accuracy"] == 0.5
-    assert found["accuracy_base"] == 0.5
-    assert found["auc"] == 0.75
-    assert found["cross_entropy"] == pytest.approx(-np.log([0.9, 0.4, 0.8, 0.4]).mean())
-    assert found["calibration_error"] == pytest.approx((0.1 + 0.6 + 0.2 + 0.6) / 4)
-    assert (found["delta_success_mae_m"], found["delta_success_mae_base_m"]) == (2.0, 1.0)
-    assert (found["exploration_mae_m"], found["exploration_mae_base_m"]) == (1.0, 1.0)
-
-
-def test_scores_of_one_class_leave_out_what_it_cannot_tell() -> None:
-    found = score(np.array([0.5]), np.zeros((1, 2)), np.array([True]), np.zeros((1, 2)), np.zeros(2))
-    assert "auc" not in found
-    assert "exploration_mae_m" not in found
-    assert score(np.empty(0), np.empty((0, 2)), np.empty(0, bool), np.empty((0, 2)), np.zeros(2)) == {"rows": 0.0}
+def test_blocks_give_what_whole_arrays_give(monkeypatch: pytest.MonkeyPatch) -> None:
+    logit, leads = draw(0.7, -0.4, 150_000)
+    found = calibrate(logit.astype(np.float32), leads.astype(np.float32))
+    monkeypatch.setattr(calibration, "row_blocks", lambda count: [slice(0, count)])
+    assert found == pytest.approx(calibrate(logit.astype(np.float32), leads), rel=1e-9)

@@ -7,18 +7,22 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 import torch
+from lightning.pytorch import Callback, Trainer
 
 from pipeline.errors import TableError
 from pipeline.learning.calibration import Calibration, calibrate
 from pipeline.learning.curves import CURVE_SCHEMA
 from pipeline.learning.examples import Examples
-from pipeline.learning.fit import FitSettings, Fitted, fit
-from pipeline.learning.prediction import logits_of, mean_costs, score_network
+from pipeline.learning.fit import FitSettings, Fitted, fit, make_training
+from pipeline.learning.prediction import logits_of, score_network
+from pipeline.learning.scaling import mean_costs
+from pipeline.randomness import stream
 from tests.learning.synthetic import SMALL, make_examples, small
 
 ROOT = Path(__file__).parents[2]
@@ -43,13 +47,13 @@ def test_a_simple_rule_is_learned(tmp_path: Path) -> None:
     train, fresh = make_examples(3000, 0), make_examples(1000, 2)
     settings = small(steps=900, batch_size=128, hidden=(48, 24), dropout=0.0, validate_every=300, learning_rate=0.02)
     fitted = fit(train, make_examples(500, 1), settings, tmp_path, progress=False)
-    found = score_network(fitted.net, fresh, Calibration(), mean_costs(train))
+    found = score_network(fitted.net, fresh, Calibration(), mean_costs(train), tmp_path)
     assert found["accuracy"] > 0.93 > found["accuracy_base"] + 0.35
     assert found["auc"] > 0.98
     assert found["delta_success_mae_m"] < 0.5 * found["delta_success_mae_base_m"]
     assert found["exploration_mae_m"] < 0.5 * found["exploration_mae_base_m"]
-    calibration = calibrate(logits_of(fitted.net, fresh), fresh.leads.numpy() > 0.5)
-    assert score_network(fitted.net, fresh, calibration, mean_costs(train))["calibration_error"] < 0.05
+    calibration = calibrate(logits_of(fitted.net, fresh, tmp_path), fresh.leads)
+    assert score_network(fitted.net, fresh, calibration, mean_costs(train), tmp_path)["calibration_error"] < 0.05
 
 
 def test_it_looks_at_validation_before_the_first_step_and_keeps_the_best(tmp_path: Path) -> None:
@@ -62,6 +66,39 @@ def test_it_looks_at_validation_before_the_first_step_and_keeps_the_best(tmp_pat
     assert (fitted.step, fitted.validation_loss) == (best["step"], pytest.approx(best["value"], abs=0))
     assert {row["step"] for row in curves.to_pylist() if row["split"] == "train"} == {10, 20, 30, 40, 50, 60}
     assert not fitted.net.training
+
+
+def test_the_weights_are_those_of_a_plain_loop(tmp_path: Path) -> None:
+    train, settings = make_examples(300, 0), small(steps=130, validate_every=70)
+    fit(train, make_examples(80, 1), settings, tmp_path, progress=False)
+    training = make_training(train, settings)
+    net, first_seed = training.net.train(), int(stream(settings.seed, "dropout").integers(2**62))
+    optimizer = torch.optim.Adam(net.parameters(), lr=settings.learning_rate, fused=True)
+    schedule = torch.optim.lr_scheduler.StepLR(optimizer, settings.decay_every, settings.decay)
+    for step in range(130):
+        number, place = divmod(step, 300 // 32)
+        order = torch.from_numpy(stream(settings.seed, "batches", number).permutation(300))
+        batch = train.batch(order[32 * place : 32 * (place + 1)], torch.device("cpu"))
+        torch.manual_seed(first_seed + step)
+        optimizer.zero_grad()
+        training.losses(batch).total.backward()
+        optimizer.step()
+        schedule.step()
+    found = torch.load(tmp_path / "last.ckpt", weights_only=True)["state_dict"]
+    for name, value in net.state_dict().items():
+        assert torch.equal(found[f"net.{name}"], value), name
+
+
+def test_others_are_called_between_strides(tmp_path: Path) -> None:
+    steps = []
+
+    class Seen(Callback):
+        def on_train_batch_end(self, trainer: Trainer, *_: Any) -> None:
+            steps.append(trainer.global_step)
+
+    settings = small(steps=230, validate_every=150)
+    fit(make_examples(300, 0), make_examples(80, 1), settings, tmp_path, callbacks=[Seen()])
+    assert steps == [100, 150, 230]
 
 
 def test_the_learning_rate_decays_by_steps(tmp_path: Path) -> None:

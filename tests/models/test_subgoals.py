@@ -2,7 +2,17 @@ import pytest
 import torch
 from torch import nn
 
-from models.subgoals import Batch, Dropout, SubgoalNet, SubgoalPredictor, SubgoalTraining, subgoal_losses
+from models.subgoals import (
+    Batch,
+    Dropout,
+    LossSums,
+    SubgoalNet,
+    SubgoalPredictor,
+    SubgoalTraining,
+    loss_sums,
+    mean_losses,
+    subgoal_losses,
+)
 
 
 def make_batch(leads: list[float]) -> Batch:
@@ -69,6 +79,16 @@ def test_dropout_drops_its_share_and_keeps_the_mean(rate: float) -> None:
     assert torch.equal(dropout.eval()(ones), ones)
 
 
+def test_dropout_keeps_the_bytes_at_or_above_its_threshold() -> None:
+    values = torch.randn(64, 40)
+    torch.manual_seed(7)
+    found = Dropout(0.25)(values)
+    torch.manual_seed(7)
+    words = torch.empty(64 * 40 // 8, dtype=torch.int64).random_(-(2**63), None)
+    kept = words.view(torch.uint8).view(64, 40) >= 64
+    assert torch.equal(found, values * (kept.float() * (256 / 192)))
+
+
 def test_dropout_is_repeatable_and_even_over_columns() -> None:
     dropout = Dropout(0.5)
     torch.manual_seed(3)
@@ -80,9 +100,25 @@ def test_dropout_is_repeatable_and_even_over_columns() -> None:
 
 def test_mean_losses_start_anew_when_taken() -> None:
     training = SubgoalTraining(SubgoalNet())
-    totals = [float(training.training_step(make_batch([1.0, 0.0, 1.0]), 0).detach()) for _ in range(3)]
-    assert training.take_mean_losses()[0] == pytest.approx(sum(totals) / 3, rel=1e-5)
-    assert training.take_mean_losses() == [0.0] * 4
+    strides = [[training.losses(make_batch([1.0, 0.0, 1.0])) for _ in range(count)] for count in (3, 1, 2)]
+    training.keep(strides[0])
+    training.keep(strides[1])
+    for part, mean in enumerate(training.take_mean_losses()):
+        assert mean == pytest.approx(sum(float(losses[part].detach()) for losses in strides[0] + strides[1]) / 4)
+    training.keep(strides[2])
+    assert training.take_mean_losses()[0] == pytest.approx(sum(float(losses[0].detach()) for losses in strides[2]) / 2)
+
+
+def test_losses_of_blocks_join_to_those_of_all_rows() -> None:
+    batch, raw, scaled = make_batch([1.0, 0.0, 1.0, 0.0, 0.0]), torch.randn(5, 3), torch.randn(5, 2)
+    blocks = [slice(0, 2), slice(2, 5)]
+    parts = [loss_sums(raw[rows], scaled[rows], Batch(*(part[rows] for part in batch))) for rows in blocks]
+    joined = LossSums(*(sum(values) for values in zip(*parts, strict=True)))
+    weights = {"success_weight": 0.5, "exploration_weight": 2.0}
+    for found, expected in zip(
+        mean_losses(joined, 5, **weights), subgoal_losses(raw, scaled, batch, **weights), strict=True
+    ):
+        torch.testing.assert_close(found, expected)
 
 
 def test_the_predictor_speaks_in_probabilities_and_metres() -> None:

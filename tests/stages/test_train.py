@@ -1,25 +1,34 @@
 """The train stage on datums made here, through its own entry."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+import torch
 from omegaconf import DictConfig, OmegaConf
 
 from pipeline.datums import shard_path, stack, write_shard
+from pipeline.datums.reader import read_blocks
 from pipeline.errors import ConfigError, TableError
 from pipeline.simulation.trial import Ending, run_trial
 from pipeline.simulation.world import make_world
 from pipeline.stages.door import typed
-from pipeline.stages.train import TrainConfig, train
+from pipeline.stages.train import TrainConfig, network_inputs, read_examples, train
 from pipeline.systems.subgoals.estimator import LearnedEstimator
 from pipeline.systems.subgoals.planner import Estimated, SubgoalPlanner
 from tests.datums.rows import make_datums
 from tests.worlds import TWO_ROOMS, draw, small_lidar
 
+ROOT = Path(__file__).resolve().parents[2]
+NAMES = {"network.safetensors", "last.ckpt", "best.ckpt", "curves.parquet", "train.json"}
 QUICK: dict[str, Any] = {"steps": 20, "validate_every": 10, "batch_size": 16, "hidden": [16, 8]}
 
 
@@ -46,8 +55,8 @@ def test_datums_become_weights_that_a_planner_can_use(tmp_path: Path) -> None:
     write_datums(tmp_path)
     result = train(configuration(tmp_path))
     folder = tmp_path / "train"
-    names = {"network.safetensors", "last.ckpt", "best.ckpt", "curves.parquet", "train.json"}
-    assert {path.name for path in folder.iterdir()} == names
+    assert {path.name for path in folder.iterdir()} == NAMES
+    assert {path.name for path in tmp_path.iterdir()} == {"harvest", "train"}, "scratch was left behind"
     summary = json.loads((folder / "train.json").read_text())
     assert summary["validation"]["rows"] == 60
     assert summary["validation"]["base_rate"] == pytest.approx(1 / 3)
@@ -90,12 +99,124 @@ def test_training_again_gives_the_same_weights(tmp_path: Path) -> None:
     assert written[0] == written[1]
 
 
+@pytest.mark.parametrize("frame", ["subgoal", "robot", "map"])
+def test_how_datums_are_cut_into_shards_and_blocks_does_not_matter(tmp_path: Path, frame: str) -> None:
+    datums, config = make_datums(60, map_view=True), TrainConfig(input_frame=frame)
+    for size in (60, 23):
+        for index, first in enumerate(range(0, 60, size)):
+            write_shard(shard_path(tmp_path / str(size), index), stack(datums[first : first + size]))
+    whole, cut = (read_examples(tmp_path / str(size), "train", config, tmp_path) for size in (60, 23))
+    assert whole.fingerprint() == cut.fingerprint()
+    blocks = list(read_blocks(tmp_path / "60", ["train"], rows_at_once=7))
+    assert [len(block.pair_id) for block in blocks] == [7] * 8 + [4]
+    inputs = np.concatenate([network_inputs(block, config, tmp_path) for block in blocks])
+    assert np.array_equal(whole.inputs.numpy(), inputs)
+
+
 @pytest.mark.parametrize("splits", [("train",), ("validation",)])
 def test_a_missing_split_says_where_it_comes_from(tmp_path: Path, splits: tuple[str, ...]) -> None:
     write_datums(tmp_path, splits=splits)
     with pytest.raises(TableError, match=r"no datums of the split .* Put both in harvest\.splits"):
         train(configuration(tmp_path))
     assert not (tmp_path / "train").exists()
+
+
+def test_an_error_in_the_middle_leaves_no_scratch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise OSError("the disk is gone")
+
+    write_datums(tmp_path)
+    monkeypatch.setattr("pipeline.learning.looks.write_curves", broken)
+    with pytest.raises(OSError, match="the disk is gone"):
+        train(configuration(tmp_path))
+    assert {path.name for path in tmp_path.iterdir()} == {"harvest", "train"}
+    assert {path.name for path in (tmp_path / "train").iterdir()} <= NAMES
+
+
+AS_A_PROCESS = """
+import sys
+from pathlib import Path
+from tests.stages.test_train import configuration
+from pipeline.stages.train import train
+
+train(configuration(Path(sys.argv[1]), steps=int(sys.argv[2])))
+"""
+
+
+@pytest.mark.slow
+def test_a_killed_training_leaves_no_scratch_and_ends_with_the_same_weights(tmp_path: Path) -> None:
+    killed, alone = tmp_path / "killed", tmp_path / "alone"
+    for artifacts in (killed, alone):
+        write_datums(artifacts)
+    command = [sys.executable, "-c", AS_A_PROCESS, str(killed), "100000"]
+    with subprocess.Popen(command, env=os.environ | {"PYTHONPATH": str(ROOT)}, cwd=ROOT) as process:
+        try:
+            limit = time.monotonic() + 240
+            while _looked_at(killed / "train" / "curves.parquet") < 30 and process.poll() is None:
+                assert time.monotonic() < limit
+                time.sleep(0.01)
+        finally:
+            process.kill()
+    assert process.returncode == -signal.SIGKILL
+    assert {path.name for path in killed.iterdir()} == {"harvest", "train"}
+    done = torch.load(killed / "train" / "last.ckpt", weights_only=True)["global_step"]
+    assert done >= 20
+    for artifacts in (killed, alone):
+        train(configuration(artifacts, steps=done + 20))
+    files = [artifacts / "train" / "network.safetensors" for artifacts in (killed, alone)]
+    assert files[0].read_bytes() == files[1].read_bytes()
+    assert {path.name for path in (killed / "train").iterdir()} == NAMES
+
+
+def _looked_at(curves: Path) -> int:
+    """Return the latest step at which validation was looked at."""
+    return max(pq.read_table(curves)["step"].to_pylist()) if curves.is_file() else -1
+
+
+PEAKS = """
+import sys, threading, time
+from pathlib import Path
+from tests.stages.test_train import configuration
+from pipeline.stages.train import train
+
+def anonymous_mib():
+    (line,) = (line for line in open("/proc/self/status") if line.startswith("RssAnon"))
+    return int(line.split()[1]) / 1024
+
+def watch():
+    while True:
+        peak[0] = max(peak[0], anonymous_mib())
+        time.sleep(0.002)
+
+peak = [0.0]
+threading.Thread(target=watch, daemon=True).start()
+for folder in sys.argv[1:]:
+    peak[0] = 0.0
+    train(configuration(Path(folder)))
+    print("peak", peak[0])
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads the memory of a process as Linux tells it")
+def test_memory_does_not_grow_with_the_table(tmp_path: Path) -> None:
+    """60,000 rows instead of 9,000: 51 MiB more of inputs, less than 10 MiB more memory."""
+    shard = tmp_path / "shard.parquet"
+    write_shard(shard, stack(make_datums(500)))
+    folders = [tmp_path / "small", tmp_path / "large"]
+    for artifacts, shards in zip(folders, (18, 120), strict=True):
+        write_datums(artifacts)
+        for index in range(shards):
+            shard_path(artifacts / "harvest" / "datums", 2 + index).symlink_to(shard)
+    command = [sys.executable, "-c", PEAKS, *map(str, folders)]
+    done = subprocess.run(
+        command, env=os.environ | {"PYTHONPATH": str(ROOT)}, cwd=ROOT, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    rows = [json.loads((artifacts / "train" / "train.json").read_text())["train"]["rows"] for artifacts in folders]
+    assert rows == [9060, 60_060]
+    small, large = (float(line.split()[1]) for line in done.stdout.splitlines() if line.startswith("peak"))
+    assert large - small < 10.0, f"{small:.0f} MiB of a small table, {large:.0f} MiB of a large one"
 
 
 @pytest.mark.parametrize(
