@@ -220,8 +220,8 @@ def by_level(field: Field, cells: Indices) -> Indices:
 
 
 @njit(cache=True, nogil=True)
-def descend(field: Field, cols: int, start: int) -> Indices:
-    """Return the flat cells of a shortest path from ``start`` down to the source of ``field``: [k] int32.
+def descend(field: Field, cols: int, start: int, source: int) -> Indices:
+    """Return the flat cells of a shortest path from ``start`` down to the ``source`` of ``field``: [k] int32.
 
     Among equal moves the first in a fixed order is taken, straight ones before diagonal ones. Empty if ``start`` was
     not reached.
@@ -233,7 +233,7 @@ def descend(field: Field, cols: int, start: int) -> Indices:
     cell = start
     count = 1
     path[0] = start
-    while field[cell] > 0.0:
+    while cell != source:
         best, best_cost = cell, np.inf
         for move in range(8):
             other = cell + steps[move]

@@ -2,10 +2,22 @@
 
 import numpy as np
 
-from pipeline.grids.distances import NOWHERE, Field, Indices, Status, Workspace, open_field, reopen, settle
+from pipeline.grids.distances import (
+    NOWHERE,
+    Field,
+    Indices,
+    Status,
+    Workspace,
+    descend,
+    open_field,
+    reopen,
+    settle,
+    spread,
+)
 from pipeline.grids.partial_map import CHANGES, PartialMap
 from pipeline.grids.repair import GAVE_UP, repair
 
+_FAR = 2.0**16  # base to begin with: far above 0, and far enough below 2^18, up to where sums are exact
 _SHARE = 4  # more than a quarter of the grid cleared: from there on it is quicker to begin anew
 
 
@@ -25,7 +37,7 @@ class LiveField:
         if not changed.size:
             return
         most = self.values.size // _SHARE
-        if repair(self.values, self._status, self._limit, self._source, changed, most, self._work) == GAVE_UP:
+        if repair(self.values, self._status, self._limit, self._source, 0.0, changed, most, self._work) == GAVE_UP:
             self.values = self._anew()
 
     def _anew(self) -> Field:
@@ -71,3 +83,60 @@ class RovingField:
         self._read = written
         self._touched = settle(self._values, self._map.status.shape[1], source, targets, self._work)
         return self._values
+
+
+class RobotField:
+    """Travel distances [cells] from a robot that moves, over the cells of a partial map with ``status <= limit``.
+
+    What lies behind the robot gets farther by just as much as it moved. So values are kept beside a base, the value of
+    the robot's own cell, which falls with every move: only what is nearer now than by way of where the robot was is
+    spread anew.
+
+    values: [cells] float64, distance plus ``base``; inf and SHUT as in ``pipeline.grids.distances``.
+    """
+
+    values: Field
+    base: float
+    robot: int
+    _read: int
+
+    def __init__(self, map_: PartialMap, limit: int, robot: int, work: Workspace) -> None:
+        """Settle the field from the flat cell ``robot``."""
+        self._map, self._limit, self._work = map_, limit, work
+        self._cols = map_.status.shape[1]
+        self._begin(robot)
+
+    def move(self, robot: int) -> None:
+        """Take in what was seen since and where the robot is now."""
+        map_, written = self._map, int(self._map.written[CHANGES])
+        changed = map_.changes[self._read : written]
+        self._read = written
+        most = self.values.size // _SHARE
+        if repair(self.values, map_.status, self._limit, self.robot, self.base, changed, most, self._work) == GAVE_UP:
+            self._begin(robot)
+        elif robot != self.robot:
+            base = 2.0 * self.base - float(self.values[robot])
+            if not 0.0 <= base <= self.base:  # the robot is where it could not get to, or has moved very far
+                self._begin(robot)
+                return
+            self.robot, self.base = robot, base
+            seed = np.array([robot], dtype=np.int32)
+            self.values[robot] = base
+            spread(self.values, self._cols, seed, NOWHERE, self._work, np.bool_(True))
+
+    def distance_to(self, cells: Indices) -> Field:
+        """Return the distances [cells] to the flat ``cells``."""
+        distances: Field = self.values[cells] - self.base
+        return distances
+
+    def path_to(self, cell: int) -> Indices:
+        """Return the flat cells of a shortest path from the robot to ``cell``: [k] int32, empty if there is none."""
+        return descend(self.values, self._cols, cell, self.robot)[::-1].copy()
+
+    def _begin(self, robot: int) -> None:
+        self.robot, self.base, self._read = robot, _FAR, int(self._map.written[CHANGES])
+        self.values = open_field(self._map.status, self._limit)
+        if self.values[robot] == np.inf:
+            self.values[robot] = self.base
+            seed = np.array([robot], dtype=np.int32)
+            spread(self.values, self._cols, seed, NOWHERE, self._work, np.bool_(False))

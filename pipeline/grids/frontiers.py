@@ -7,35 +7,35 @@ import numpy as np
 from numba import njit
 
 from pipeline.grids.distances import Field, Indices
-from pipeline.grids.zones import REACHED, Zones
+from pipeline.grids.zones import GOALWARD, REACHED, Zones
 
 
 @njit(cache=True, nogil=True)
-def find_border(zones: Zones, cols: int, mark: int) -> Indices:
-    """Return all reached cells with a 4-neighbour of ``mark``, ascending: [k] int32."""
+def find_border(zones: Zones, cols: int) -> Indices:
+    """Return all reached cells with a goalward 4-neighbour, ascending: [k] int32."""
     found = np.empty(zones.size, dtype=np.int32)
     count = 0
     for cell in range(cols + 1, zones.size - cols - 1):
-        if zones[cell] == REACHED and _faces(zones, cols, cell, mark):
+        if zones[cell] == REACHED and _faces(zones, cols, cell):
             found[count] = cell
             count += 1
     return found[:count].copy()
 
 
 @njit(cache=True, nogil=True)
-def renew_border(zones: Zones, cols: int, mark: int, border: Indices, fresh: Indices) -> Indices:
+def renew_border(zones: Zones, cols: int, border: Indices, fresh: Indices) -> Indices:
     """Return what ``find_border`` would, given the ``border`` before and the cells reached since, ``fresh``."""
     added = np.empty(fresh.size, dtype=np.int32)
     count = 0
     for cell in fresh:
-        if _faces(zones, cols, cell, mark):
+        if _faces(zones, cols, cell):
             added[count] = cell
             count += 1
     _sort(added, count)
     merged = np.empty(border.size + count, dtype=np.int32)
     k, total = 0, 0
     for cell in border:
-        if zones[cell] != REACHED or not _faces(zones, cols, cell, mark):
+        if zones[cell] != REACHED or not _faces(zones, cols, cell):
             continue
         while k < count and added[k] < cell:
             merged[total] = added[k]
@@ -65,9 +65,12 @@ def _sort(cells: Indices, count: int) -> None:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _faces(zones: Zones, cols: int, cell: int, mark: int) -> bool:
+def _faces(zones: Zones, cols: int, cell: int) -> bool:
     return bool(
-        zones[cell + cols] == mark or zones[cell - cols] == mark or zones[cell + 1] == mark or zones[cell - 1] == mark
+        zones[cell + cols] == GOALWARD
+        or zones[cell - cols] == GOALWARD
+        or zones[cell + 1] == GOALWARD
+        or zones[cell - 1] == GOALWARD
     )
 
 
@@ -166,10 +169,11 @@ def _middle(cells: Indices, cols: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def find_gates(cells: Indices, starts: Indices, reach: Field, onward: Field) -> tuple[Indices, Field]:
+def find_gates(cells: Indices, starts: Indices, reach: Field, base: float, onward: Field) -> tuple[Indices, Field]:
     """Return each frontier's gate, its cell on the shortest way robot -> frontier -> goal, and that way's length.
 
-    cells, starts: frontiers as from ``group_border``; reach, onward: distances [cells] from the robot and to the goal.
+    cells, starts: frontiers as from ``group_border``.
+    reach, onward: distances [cells] from the robot, plus ``base``, and to the goal.
     Of equal ways the one through the first cell counts. Returns gates [frontiers] int32, through [frontiers] float64.
     """
     count = starts.size - 1
@@ -177,7 +181,7 @@ def find_gates(cells: Indices, starts: Indices, reach: Field, onward: Field) -> 
     for group in range(count):
         gates[group] = cells[starts[group]]
         for k in range(starts[group], starts[group + 1]):
-            way = reach[cells[k]] + onward[cells[k]]
+            way = reach[cells[k]] - base + onward[cells[k]]
             if way < through[group]:
                 gates[group], through[group] = cells[k], way
     return gates, through

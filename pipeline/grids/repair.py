@@ -26,24 +26,27 @@ GAVE_UP = -1
 
 
 @njit(cache=True, nogil=True)
-def repair(field: Field, status: Status, limit: int, source: int, changed: Indices, most: int, work: Workspace) -> int:
+def repair(
+    field: Field, status: Status, limit: int, source: int, origin: float, changed: Indices, most: int, work: Workspace
+) -> int:
     """Make ``field`` true again after the flat cells ``changed`` got another ``status``; return how many it cleared.
 
+    source, origin: the flat cell that distances are counted from, and its own value.
     Gives up with -1, the field half done, once more than ``most`` cells were cleared.
     """
     cols = status.shape[1]
-    touched = _shut_and_open(field, status.ravel(), limit, source, changed, work.lost)
+    touched = _shut_and_open(field, status.ravel(), limit, source, origin, changed, work.lost)
     cleared = _clear_unsupported(field, cols, source, touched, most, work)
     if cleared == GAVE_UP:
         return GAVE_UP
-    seeds = _border(field, cols, touched, cleared, work)
+    seeds = _border(field, cols, source, touched, cleared, work)
     spread(field, cols, by_level(field, seeds), changed[:0], work, np.bool_(True))
     return cleared
 
 
 @njit(cache=True, nogil=True)
 def _shut_and_open(
-    field: Field, flat: NDArray[np.uint8], limit: int, source: int, changed: Indices, lost: Indices
+    field: Field, flat: NDArray[np.uint8], limit: int, source: int, origin: float, changed: Indices, lost: Indices
 ) -> int:
     """Enter in ``field`` which of ``changed`` are passable now; return how many changed (the head of ``lost``)."""
     touched = 0
@@ -51,7 +54,7 @@ def _shut_and_open(
         passable = flat[cell] <= limit
         if passable == (field[cell] >= 0.0):
             continue
-        field[cell] = SHUT if not passable else 0.0 if cell == source else np.inf
+        field[cell] = SHUT if not passable else origin if cell == source else np.inf
         lost[touched] = cell
         touched += 1
     return touched
@@ -69,7 +72,7 @@ def _clear_unsupported(field: Field, cols: int, source: int, touched: int, most:
         depth = 0
         for step in steps:
             other = lost[k] + step
-            if 0 <= other < field.size and 0.0 < field[other] < np.inf:
+            if 0 <= other < field.size and 0.0 <= field[other] < np.inf and other != source:
                 stack[depth] = other
                 depth += 1
         while depth > 0:
@@ -93,7 +96,7 @@ def _clear_unsupported(field: Field, cols: int, source: int, touched: int, most:
 
 
 @njit(cache=True, nogil=True)
-def _border(field: Field, cols: int, touched: int, cleared: int, work: Workspace) -> Indices:
+def _border(field: Field, cols: int, source: int, touched: int, cleared: int, work: Workspace) -> Indices:
     """Give the cleared and opened cells what their neighbours offer; return the cells that got something."""
     lost, seeds = work.lost, work.stack
     steps = _steps(cols)
@@ -102,7 +105,7 @@ def _border(field: Field, cols: int, touched: int, cleared: int, work: Workspace
         cell = wide(lost[k])
         if field[cell] == SHUT:
             continue
-        if field[cell] > 0.0:
+        if cell != source:
             field[cell] = min(field[cell], best_way(field, cols, cell))
         if field[cell] < np.inf:
             seeds[count] = cell
@@ -110,7 +113,7 @@ def _border(field: Field, cols: int, touched: int, cleared: int, work: Workspace
         if k < touched:  # an opened cell lets its neighbours pass it diagonally
             for step in steps[:4]:
                 other = cell + step
-                if 0 <= other < field.size and field[other] > 0.0:
+                if 0 <= other < field.size and field[other] >= 0.0:
                     way = best_way(field, cols, other)
                     if way < field[other]:
                         field[other] = way

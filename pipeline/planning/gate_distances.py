@@ -49,7 +49,7 @@ class GateDistances:
         """Return the flat cells of a shortest path from ``start`` to ``gate``: [k] int32."""
         kept = self._fields.get(gate)
         field = kept.catch_up() if kept is not None else self._search.settle(gate, np.array([start], dtype=np.int32))
-        return descend(field, self._cols, start)
+        return descend(field, self._cols, start, gate)
 
     def _field_of(self, gate: int) -> Field | None:
         """Return the distances from ``gate``, or None for one that is met for the first time."""

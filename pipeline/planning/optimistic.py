@@ -27,12 +27,11 @@ class OptimisticPlanner:
         """Return the shortest path to the goal with the unknown taken as free, or None where there is none."""
         status = seen.map.status
         cols = status.shape[1]
-        robot = seen.pose.row * cols + seen.pose.col
+        robot, goal = seen.pose.row * cols + seen.pose.col, seen.goal.row * cols + seen.goal.col
         if self._onward is None or self._map is not seen.map:
-            goal = seen.goal.row * cols + seen.goal.col
             self._map, self._onward = seen.map, MapField(seen.map, UNSEEN, goal, workspace_for(status.size))
         at = _place_on(self._path, status, robot)
-        self._path = self._path[at:] if at >= 0 else descend(self._onward.catch_up(), cols, robot)
+        self._path = self._path[at:] if at >= 0 else descend(self._onward.catch_up(), cols, robot, goal)
         return self._path if self._path.size else None
 
 

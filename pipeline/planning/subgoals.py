@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pipeline.grids.distances import NOWHERE, Field, Indices, Workspace, workspace_for
-from pipeline.grids.fields import MapField, RovingField
+from pipeline.grids.fields import MapField, RobotField
 from pipeline.grids.frontiers import find_border, group_border, renew_border
 from pipeline.grids.partial_map import CHANGES, CLEAR, UNSEEN, PartialMap
-from pipeline.grids.zones import FRESH, MARK, REACHED, REBUILT, Zones, advance, divide
+from pipeline.grids.zones import FRESH, GOALWARD, REACHED, REBUILT, Zones, advance, divide
 from pipeline.planning.seen import Seen
 
 
@@ -53,15 +53,15 @@ class Surroundings:
         size = seen.map.status.size
         self.work = workspace_for(size)
         self.zones = np.empty(size, dtype=np.uint8)
-        self._counts = np.zeros(3, dtype=np.int64)
+        self._sets, self._counts = np.empty(size, dtype=np.int32), np.zeros(2, dtype=np.int64)
         self._journal, self._order = np.empty(size, dtype=np.int32), np.zeros(size, dtype=np.int32)
-        self._reach = RovingField(seen.map, CLEAR, self.work)
-        self._reached: Field | None = None
+        self._reach: RobotField | None = None
         self._onward: MapField | None = None
         self._read = int(seen.map.written[CHANGES])
         self._border: Indices = NOWHERE
         self.divisions = 0
-        divide(seen.map.status, self._home(seen), self._goal, self.zones, self._counts, self.work.stack)
+        status, home = seen.map.status, self._home(seen)
+        divide(status, home, self._goal, self.zones, self._sets, self._counts, self.work.stack)
         self._begin_journal()
         self._make_subgoals(seen)
 
@@ -75,13 +75,13 @@ class Surroundings:
         changed, room = seen.map.changes[self._read : written], self._journal[self.entered.size :]
         self._read = written
         status, home = seen.map.status, self._home(seen)
-        advance(status, home, self._goal, changed, self.zones, self._counts, room, self.work.stack)
+        advance(status, home, self._goal, changed, self.zones, self._sets, self._counts, room, self.work.stack)
         if self._counts[REBUILT]:
             self._begin_journal()
         else:
             fresh = room[: self._counts[FRESH]]
             self.entered = self._journal[: self.entered.size + fresh.size]
-            self._border = renew_border(self.zones, self._cols, self._counts[MARK], self._border, fresh)
+            self._border = renew_border(self.zones, self._cols, self._border, fresh)
         self._make_subgoals(seen)
 
     @property
@@ -90,15 +90,12 @@ class Surroundings:
         return bool(self.zones[self._goal] == REACHED)
 
     @property
-    def reach(self) -> Field:
-        """Travel distance [cells] from the robot through known free space: [cells].
-
-        True at the frontiers, or at the goal once it is in reach, and everywhere nearer by.
-        """
-        if self._reached is None:
-            targets = np.array([self._goal], dtype=np.int32) if self.goal_in_reach else self.cells
-            self._reached = self._reach.settle(self._robot, targets)
-        return self._reached
+    def reach(self) -> RobotField:
+        """Travel distances [cells] from the robot through known free space."""
+        if self._reach is None:
+            self._reach = RobotField(self._map, CLEAR, self._robot, self.work)
+        self._reach.move(self._robot)
+        return self._reach
 
     @property
     def onward(self) -> Field:
@@ -108,8 +105,8 @@ class Surroundings:
         return self._onward.catch_up()
 
     def _make_subgoals(self, seen: Seen) -> None:
-        self._robot, self._reached = self._home(seen), None
-        border = self._border if self.zones[self._goal] == self._counts[MARK] else NOWHERE
+        self._robot = self._home(seen)
+        border = self._border if self.zones[self._goal] == GOALWARD else NOWHERE
         self.cells, self.starts, points = group_border(self.zones, self._cols, border, seen.widen, self._order)
         bounds: list[int] = self.starts.tolist()
         frontiers = [self.cells[first:last] for first, last in pairwise(bounds)]
@@ -120,7 +117,7 @@ class Surroundings:
     def _begin_journal(self) -> None:
         self.divisions += 1
         self.entered = self._journal[:0]
-        self._border = find_border(self.zones, self._cols, self._counts[MARK])
+        self._border = find_border(self.zones, self._cols)
 
     def _home(self, seen: Seen) -> int:
         return int(seen.pose.row * self._cols + seen.pose.col)

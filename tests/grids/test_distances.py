@@ -64,7 +64,7 @@ def test_an_early_stop_is_exact_at_its_targets_and_paths_have_that_length(seed: 
     early = settled(status, source, np.array(targets, dtype=np.int32))
     for target in targets:
         assert early[target] == full[target]
-        path = descend(early, status.shape[1], target)
+        path = descend(early, status.shape[1], target, source)
         if np.isinf(full[target]):
             assert path.size == 0
             continue

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.grids.distances import NOWHERE, SHUT, open_field, settle, workspace_for
-from pipeline.grids.fields import LiveField, MapField, RovingField
+from pipeline.grids.fields import LiveField, MapField, RobotField, RovingField
 from pipeline.grids.partial_map import BLOCKED, CHANGES, CLEAR, UNSEEN, map_of
 from pipeline.grids.repair import GAVE_UP, repair
 from tests.twins import slow_field
@@ -44,7 +44,7 @@ def test_the_detour_around_a_closed_door_by_hand() -> None:
     field = anew(status, source)
     assert field[behind] == 4.0
     status.ravel()[door] = 1
-    cleared = repair(field, status, 0, source, np.array([door], np.int32), 49, workspace_for(49))
+    cleared = repair(field, status, 0, source, 0.0, np.array([door], np.int32), 49, workspace_for(49))
     assert cleared > 0 and field[door] == SHUT
     expected = slow_field(status == 0, 4, 1)[4, 5]
     assert abs(field[behind] - expected) < 1e-6 and expected > 8.0
@@ -54,7 +54,7 @@ def test_what_concerns_no_shortest_way_costs_nothing() -> None:
     status = cells_from("#######", "#.....#", "#.....#", "#.....#", "#######").astype(np.uint8)
     field, corner = anew(status, 2 * 7 + 1), 3 * 7 + 5
     status.ravel()[corner] = 1
-    touched = repair(field, status, 0, 2 * 7 + 1, np.array([corner], np.int32), 35, workspace_for(35))
+    touched = repair(field, status, 0, 2 * 7 + 1, 0.0, np.array([corner], np.int32), 35, workspace_for(35))
     assert touched == 1, "only the closed cell itself"
 
 
@@ -64,7 +64,7 @@ def test_too_large_a_repair_is_given_up_and_done_anew() -> None:
     field = anew(status, source)
     status.ravel()[only_way] = 1
     work, changed = workspace_for(50), np.array([only_way], np.int32)
-    assert repair(field.copy(), status, 0, source, changed, 3, work) == GAVE_UP
+    assert repair(field.copy(), status, 0, source, 0.0, changed, 3, work) == GAVE_UP
     status.ravel()[only_way] = 0
     live = LiveField(status, 0, source, work)
     status.ravel()[only_way] = 1
@@ -79,7 +79,8 @@ def test_fields_of_a_map_read_its_journal() -> None:
     map_, work = map_of(np.zeros_like(status), status), workspace_for(status.size)
     inner = np.arange(status.size, dtype=np.int32).reshape(status.shape)[1:-1, 1:-1].ravel()
     source = int(inner[200])
-    onward, reach = MapField(map_, UNSEEN, source, work), RovingField(map_, CLEAR, work)
+    onward, roving = MapField(map_, UNSEEN, source, work), RovingField(map_, CLEAR, work)
+    robot = RobotField(map_, CLEAR, source, work)
     for _ in range(30):
         for cell in rng.choice(inner, 12, replace=False):
             now = {
@@ -91,5 +92,8 @@ def test_fields_of_a_map_read_its_journal() -> None:
                 map_.changes[map_.written[CHANGES]] = cell
                 map_.written[CHANGES] += 1
         assert np.array_equal(onward.catch_up(), anew(status, source, UNSEEN))
-        robot = int(rng.choice(inner))
-        assert np.array_equal(reach.settle(robot, NOWHERE), anew(status, robot, CLEAR))
+        place = int(rng.choice(inner))
+        assert np.array_equal(roving.settle(place, NOWHERE), anew(status, place, CLEAR))
+        robot.move(place)
+        expected = anew(status, place, CLEAR)
+        assert np.array_equal(np.where(robot.values == SHUT, SHUT, robot.values - robot.base), expected)

@@ -1,12 +1,11 @@
 """Zones equal their definition, however the map came about, and a reader can see what comes apart."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.grids.partial_map import BLOCKED, CLEAR, UNSEEN
-from pipeline.grids.zones import FRESH, MARK, REACHED, REBUILT, advance, divide
+from pipeline.grids.zones import FRESH, GOALWARD, REACHED, REBUILT, advance, divide
 from tests.twins import slow_components
 from tests.worlds import scattered
 
@@ -18,19 +17,18 @@ class Divided:
 
     def __init__(self, status: np.ndarray, home: int, goal: int) -> None:
         self.status, self.home, self.goal = status, home, goal
-        self.zones, self.counts = np.empty(status.size, dtype=np.uint8), np.zeros(3, dtype=np.int64)
-        self.fresh, self.stack = np.empty(status.size, np.int32), np.empty(8 * status.size, np.int32)
-        divide(status, home, goal, self.zones, self.counts, self.stack)
+        self.zones, self.counts = np.empty(status.size, dtype=np.uint8), np.zeros(2, dtype=np.int64)
+        self.sets, self.fresh, self.stack = (np.empty(times * status.size, dtype=np.int32) for times in (1, 1, 8))
+        divide(status, home, goal, self.zones, self.sets, self.counts, self.stack)
 
     def change(self, cells: np.ndarray) -> np.ndarray:
-        advance(
-            self.status, self.home, self.goal, cells.astype(np.int32), self.zones, self.counts, self.fresh, self.stack
-        )
+        kept = (self.zones, self.sets, self.counts, self.fresh, self.stack)
+        advance(self.status, self.home, self.goal, cells.astype(np.int32), *kept)
         return self.fresh[: self.counts[FRESH]]
 
     def parts(self) -> tuple[set[int], set[int]]:
         """The reached cells, and those beyond that are connected to the goal (none once it is reached or blocked)."""
-        goalward = np.flatnonzero(self.zones == self.counts[MARK]) if self.zones[self.goal] == self.counts[MARK] else []
+        goalward = np.flatnonzero(self.zones == GOALWARD) if self.zones[self.goal] == GOALWARD else []
         return set(np.flatnonzero(self.zones == REACHED).tolist()), set(map(int, goalward))
 
 
@@ -93,19 +91,3 @@ def test_a_pocket_that_is_cut_off_no_longer_counts() -> None:
     status[1:4, 4] = BLOCKED
     divided.change(np.array([9 + 4, 2 * 9 + 4, 3 * 9 + 4]))
     assert divided.parts()[1] == {row * 9 + col for row in (1, 2, 3) for col in (5, 6, 7)}
-
-
-@pytest.mark.parametrize("rounds", [600])
-def test_marks_are_used_again_when_they_run_out(rounds: int) -> None:
-    cols = 2 * rounds + 6
-    status = np.full((5, cols), UNSEEN, dtype=np.uint8)
-    status[0], status[-1], status[:, 0], status[:, -1] = BLOCKED, BLOCKED, BLOCKED, BLOCKED
-    status[3, 1:-1] = BLOCKED
-    status[1, 1] = CLEAR
-    divided = Divided(status, cols + 1, 2 * cols + cols - 2)
-    for k in range(rounds):  # each closes a pocket of one cell in the lower row
-        col = 2 * k + 3
-        status[1, col - 1], status[2, col] = BLOCKED, BLOCKED
-        divided.change(np.array([cols + col - 1, 2 * cols + col]))
-    assert divided.counts[MARK] < rounds, "the marks did not begin again"
-    assert divided.parts() == slow_parts(status, cols + 1, 2 * cols + cols - 2)

@@ -48,8 +48,9 @@ class Follower:
         assert np.array_equal(kept.onward, anew.onward)
         if not anew.subgoals:
             return
-        assert np.array_equal(kept.reach[kept.cells], anew.reach[anew.cells])
-        gates, _ = find_gates(kept.cells, kept.starts, kept.reach, kept.onward)
+        reach = kept.reach
+        assert np.array_equal(reach.distance_to(kept.cells), anew.reach.distance_to(anew.cells))
+        gates, _ = find_gates(kept.cells, kept.starts, reach.values, reach.base, kept.onward)
         assert np.array_equal(self._distances.between(gates), pairs_between(seen, gates))
         self._beyond.follow()
         beyond = Beyond(self._world, fresh, anew)

@@ -68,6 +68,23 @@ def test_a_cut_off_room_is_tinted_and_the_hall_is_white():
     assert tuple(draw_tile(cells, 100).image[15, 75]) == TINTS[0]
 
 
+def test_unknown_margins_are_left_out():
+    bare = ("####..", "#...?.", "######")
+    wide = ("?" * 16, "?" * 16, *(f"???{line}{'?' * 7}" for line in bare), "?" * 16)
+    expected, tile = draw_tile(grid_plan(bare), 120), draw_tile(grid_plan(wide), 120)
+    assert np.array_equal(tile.image, expected.image)
+    assert tile.metres_per_pixel == expected.metres_per_pixel
+    assert draw_tile(grid_plan(("????", "????")), 100).image.shape == (50, 100, 3)
+
+
+@pytest.mark.parametrize("plan", [floor_plan(shapely.box(0, 0, 20, 10)), grid_plan(("....", "...."))])
+def test_a_line_runs_around_a_floor_that_reaches_the_edge(plan):
+    image = draw_tile(plan, 100).image
+    for side in (image[0], image[-1], image[:, 0], image[:, -1]):
+        assert (side == WALL).all()
+    assert (image[1:-1, 1:-1] == 255).all()
+
+
 def test_doors_are_ringed_where_they_are_and_splinters_differ():
     plan = floor_plan(FLAG, doors=(Door(3.0, 4.0, 1.2), Door(15.0, 2.0, 0.2)))
     image = draw_tile(plan, 400).image

@@ -51,13 +51,20 @@ def test_the_axes_are_in_metres_and_equal():
 
 def test_cells_are_drawn_where_they_are():
     picture = Picture(grid_plan(KNOWN, resolution=1.0, origin=Location(5.0, -2.0)))
-    spots = {(x, y): picture.at(5 + x + 0.5, -2 + y + 0.5) for x, y in ((2, 1), (2, 3), (3, 2), (0, 5), (6, 0), (1, 4))}
+    spots = {(x, y): picture.at(5 + x + 0.5, -2 + y + 0.5) for x, y in ((2, 1), (2, 3), (3, 2), (5, 0), (6, 0), (1, 4))}
     assert spots[2, 3] == WHITE
     assert spots[3, 2] == FURNITURE
-    assert spots[0, 5] == spots[6, 0] == UNSEEN
+    assert spots[5, 0] == spots[6, 0] == UNSEEN
     assert spots[2, 1] == WHITE
     assert spots[1, 4] == WALL
     assert {"unknown", "furniture"} <= {*picture.words()}
+
+
+def test_unknown_margins_are_left_out_and_the_size_is_that_of_what_is_known():
+    wide = tuple(f"????{line}" for line in ("?" * 40, *(f"{line:?<40}" for line in KNOWN), "?" * 40))
+    picture = Picture(grid_plan(wide, resolution=1.0, origin=Location(5.0, -2.0)))
+    assert picture.words()[-1] == "drawn: 6.0 x 5.0 m"
+    assert picture.at(5 + 4 + 2.5, -2 + 1 + 3.5) == WHITE
 
 
 def test_cut_off_parts_are_tinted_and_counted():

@@ -46,6 +46,27 @@ def test_info_counts_rooms_and_doors_of_a_drawing(tmp_path, capsys):
     assert (record["free_components"], record["narrowest_m"], record["narrowest_is"]) == (1, 1.0, "door")
 
 
+def test_info_says_how_much_of_a_laser_map_is_known(tmp_path, capsys):
+    grey = np.full((40, 60), 205, dtype=np.uint8)
+    grey[10:20, 5:30], grey[12:18, 7:28] = 0, 254
+    code, out, _ = run(capsys, "info", write_map(tmp_path / "lab", grey))
+    assert code == 0
+    assert "size        30.00 x 20.00 m, of which 12.50 x 5.00 m are known\n" in out
+
+
+def test_info_tells_of_paper_and_takes_it_away_when_told(tmp_path, capsys):
+    grey = np.full((40, 60), 255, dtype=np.uint8)
+    grey[10:30, 15:45], grey[12:28, 17:43] = 0, 255
+    Image.fromarray(grey).save(tmp_path / "house.png")
+    _, before, _ = run(capsys, "info", tmp_path / "house.png", "--scale", "0.2")
+    assert "warnings    only 81% of the free floor is one connected part" in before
+    assert "100% of the border is free: if that is paper around the house and no floor, say --paper\n" in before
+    _, after, _ = run(capsys, "info", tmp_path / "house.png", "--scale", "0.2", "--paper")
+    assert f"free floor  {16 * 26 * 0.04:.1f} m2 in 1 part\n" in after
+    assert "warnings    none\n" in after
+    assert f"remarks     {(40 * 60 - 20 * 30) * 0.04:.1f} m2 of free space that reaches the border count as" in after
+
+
 def test_info_of_a_folder_goes_on_after_a_bad_file_and_ends_with_1(tmp_path, capsys):
     for name in ("7-1_1.npz", "7-1_2.npz"):
         write_npz(tmp_path / name)

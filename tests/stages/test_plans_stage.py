@@ -1,4 +1,5 @@
 import json
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,13 @@ from pipeline.errors import ConfigError, HinterlandError, PlanError, TableError,
 from pipeline.files import write_json
 from pipeline.floorplans.checks import Checked, inspect
 from pipeline.floorplans.generators import GENERATORS
-from pipeline.floorplans.plan import Location
+from pipeline.floorplans.plan import FREE, Location
+from pipeline.floorplans.readers import ReadOptions
 from pipeline.floorplans.store import read_plans, write_plans
 from pipeline.grids.store import read_pairs, read_worlds
 from pipeline.stages.plans import plans
 from pipeline.stages.rasterize import rasterize
+from pipeline.stages.reading import ReadConfig
 from tests.floorplans.samples import ELL, KNOWN, grid_plan, write_map, write_npz
 
 MAZES = {"counts": {"train": 3, "validation": 1, "test": 2}, "maze": {"columns": 3, "rows": 3, "min_path_cells": 3}}
@@ -262,3 +265,23 @@ def test_a_failed_run_keeps_what_was_there(tmp_path):
         plans(config(tmp_path, plans={"source": "files", "root": str(tmp_path / "nowhere")}))
     assert (tmp_path / "plans" / "plans.parquet").read_bytes() == before
     assert json.loads((tmp_path / "plans" / "rejected.json").read_text()) == ["as it was"]
+
+
+def test_configuration_conf_and_readers_have_the_same_options_and_defaults():
+    assert ReadConfig().options() == ReadOptions()
+    names = [field.name for field in fields(ReadOptions)]
+    assert [field.name for field in fields(ReadConfig)] == names
+    written = OmegaConf.load(Path(__file__).parents[2] / "conf" / "plans" / "default.yaml")["read"]
+    assert dict(written) == {name: getattr(ReadConfig(), name) for name in names}
+
+
+def test_what_the_configuration_says_reaches_the_reader(tmp_path):
+    grey = np.full((40, 60), 254, dtype=np.uint8)
+    grey[10:30, 15:45], grey[12:28, 17:43] = 0, 254
+    write_map(tmp_path / "maps" / "lab", grey)
+    for paper in (False, True):
+        given = {"source": "files", "root": str(tmp_path / "maps"), "read": {"paper": paper}}
+        artifacts = tmp_path / str(paper)
+        assert plans(config(artifacts, plans=given)).metrics["warned"] == int(not paper)
+        ((plan, _),) = read_plans(artifacts / "plans/plans.parquet")
+        assert (plan.cells == FREE).sum() == 16 * 26 + (0 if paper else 40 * 60 - 20 * 30)

@@ -55,7 +55,8 @@ class MapViews:
         points = np.array([subgoal.point for subgoal in subgoals], dtype=np.int64)
         beyond = np.minimum(self._ways.lengths() * metres, FARTHEST_M)
         views = np.empty((len(subgoals), MAP_VIEW))
-        _compare(views, asked, around.cells, around.starts, around.reach, around.onward, beyond, metres)
+        reach = around.reach
+        _compare(views, asked, around.cells, around.starts, reach.values, reach.base, around.onward, beyond, metres)
         _look(views, asked, points, around.cells, around.starts, seen.map.known, seen.map.status, around.zones, goal,
               metres, _LINES)  # fmt: skip
         return views.astype(np.float32)
@@ -68,6 +69,7 @@ def _compare(
     cells: Indices,
     starts: Indices,
     reach: Field,
+    base: float,
     onward: Field,
     beyond: Field,
     metres: float,
@@ -75,8 +77,9 @@ def _compare(
     """Fill in the lengths of the ways and how they compare with those through the other frontiers.
 
     cells, starts: all frontiers around; asked: [n] their places. beyond: [frontiers, clearances] m.
+    reach, onward: distances [cells] from the robot, plus ``base``, and to the goal.
     """
-    gates, through = _gates(cells, starts, reach, onward)
+    gates, through = _gates(cells, starts, reach, base, onward)
     through = through * metres
     for k in range(asked.size):
         place, view = asked[k], views[k]
@@ -90,19 +93,19 @@ def _compare(
                 lead = max(lead, through[place] - through[other])
                 for clearance in range(rival.size):
                     rival[clearance] = min(rival[clearance], beyond[other, clearance])
-        view[0], view[1] = reach[gates[place]] * metres, onward[gates[place]] * metres
+        view[0], view[1] = (reach[gates[place]] - base) * metres, onward[gates[place]] * metres
         view[4], view[5], view[6], view[7] = through[place] - nearest, lead, rank, through.size
         view[_BEYOND : _BEYOND + rival.size] = beyond[place]
         view[_BEYOND + rival.size : _OUTLOOK] = rival
 
 
 @njit(cache=True, nogil=True)
-def _gates(cells: Indices, starts: Indices, reach: Field, onward: Field) -> tuple[Indices, Field]:
+def _gates(cells: Indices, starts: Indices, reach: Field, base: float, onward: Field) -> tuple[Indices, Field]:
     """Return of each frontier the cell on the shortest optimistic way, of several the nearest, and the way's length."""
     gates, through = np.empty(starts.size - 1, dtype=np.int32), np.full(starts.size - 1, np.inf)
     for group in range(gates.size):
         for cell in cells[starts[group] : starts[group + 1]]:
-            way = reach[cell] + onward[cell]
+            way = reach[cell] - base + onward[cell]
             if way < through[group] or (way == through[group] and reach[cell] < reach[gates[group]]):
                 gates[group], through[group] = cell, way
     return gates, through

@@ -8,7 +8,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from pipeline.grids.distances import descend
 from pipeline.grids.frontiers import find_gates
 from pipeline.planning.expected_cost import order_subgoals
 from pipeline.planning.gate_distances import GateDistances
@@ -66,7 +65,7 @@ class SubgoalPlanner:
             self._around.update(seen)
         around, cols = self._around, seen.map.status.shape[1]
         if around.goal_in_reach:
-            return descend(around.reach, cols, seen.goal.row * cols + seen.goal.col)[::-1].copy()
+            return around.reach.path_to(seen.goal.row * cols + seen.goal.col)
         if not around.subgoals:
             return None
         self._estimate_changed(seen, around)
@@ -87,7 +86,8 @@ class SubgoalPlanner:
 
     def _choose(self, seen: Seen, around: Surroundings, distances: GateDistances) -> int:
         """Return the flat cell of the gate to go to."""
-        gates, through = find_gates(around.cells, around.starts, around.reach, around.onward)
+        reach, onward = around.reach, around.onward
+        gates, through = find_gates(around.cells, around.starts, reach.values, reach.base, onward)
         if gates.size == 1:
             return int(gates[0])
         stored = np.array([self._stored[subgoal.key] for subgoal in around.subgoals])
@@ -98,10 +98,10 @@ class SubgoalPlanner:
             p_success = p_success / p_success.sum()
         metres = seen.resolution
         order, *_ = order_subgoals(
-            around.reach[points] * metres,
+            reach.distance_to(points) * metres,
             distances.between(points) * metres,
             _shift(p_success, self.optimism),
-            around.onward[points] * metres + delta,
+            onward[points] * metres + delta,
             exploration,
             failure_penalty=self.failure_penalty_m,
         )
