@@ -66,22 +66,24 @@ class RovingField:
     """Travel distances [cells] from a source that moves, over the cells of a partial map with ``status <= limit``.
 
     Settled anew each time, but only as far as the targets, and only what was touched the time before is cleared.
+
+    touched: how many cells the last search gave a distance.
     """
 
     def __init__(self, map_: PartialMap, limit: int, work: Workspace) -> None:
         """Make a field in which nothing is settled."""
         self._map, self._limit, self._read = map_, limit, int(map_.written[CHANGES])
         self._work = work._replace(trail=np.empty_like(work.trail))  # its trail must outlive the searches of others
-        self._touched = 0
+        self.touched = 0
         self._values = open_field(map_.status, limit)
 
     def settle(self, source: int, targets: Indices) -> Field:
         """Return the distances from the flat cell ``source``, final at ``targets`` and up to there (all if none)."""
         written = int(self._map.written[CHANGES])
         changed = self._map.changes[self._read : written]
-        reopen(self._values, self._map.status, self._limit, self._work.trail[: self._touched], changed)
+        reopen(self._values, self._map.status, self._limit, self._work.trail[: self.touched], changed)
         self._read = written
-        self._touched = settle(self._values, self._map.status.shape[1], source, targets, self._work)
+        self.touched = settle(self._values, self._map.status.shape[1], source, targets, self._work)
         return self._values
 
 

@@ -1,7 +1,8 @@
 """Travel distances between frontiers, from one decision to the next.
 
 Most frontiers lie where they lay, and what was seen since hardly concerns them. So a frontier that stays has a field of
-its own, which is repaired; only those that are new need a search, and only as far as the other new ones.
+its own, which is repaired. One that is new has a search, as far as the other new ones, which are mostly near; once its
+searches have cost a good part of what a field does, it is given one.
 """
 
 from collections import OrderedDict
@@ -10,9 +11,10 @@ import numpy as np
 
 from pipeline.grids.distances import Field, Indices, Workspace, descend
 from pipeline.grids.fields import MapField, RovingField
-from pipeline.grids.partial_map import CLEAR, PartialMap
+from pipeline.grids.partial_map import CHANGES, CLEAR, PartialMap
 
-_KEPT = 24  # fields, those used last: each takes 8 bytes a cell
+_KEPT = 16  # fields at least, those used last: each takes 8 bytes a cell
+_SHARE = 0.3  # of the cells that a field settles, after which one is made; 0 to 1 make little difference
 
 
 class GateDistances:
@@ -23,26 +25,28 @@ class GateDistances:
         self._map, self._work = map_, work
         self._cols = map_.status.shape[1]
         self._fields: OrderedDict[int, MapField] = OrderedDict()
-        self._once: set[int] = set()  # asked for the last time, and without a field
+        self._spent: dict[int, int] = {}  # cells that searches from a gate without a field have touched
         self._search = RovingField(map_, CLEAR, work)
 
     def between(self, gates: Indices) -> Field:
         """Return the distances [cells] between the flat cells ``gates``: [n, n] float64, symmetric, inf if apart."""
         cells: list[int] = gates.tolist()
         pairs = np.zeros((gates.size, gates.size))
-        new = []
+        searched = []
         for place, gate in enumerate(cells):
             field = self._field_of(gate)
             if field is None:
-                new.append(place)
+                searched.append(place)
             else:
                 pairs[place] = field[gates]
                 pairs[:, place] = pairs[place]
-        for k, place in enumerate(new[:-1]):
-            others = np.array(new[k + 1 :])
+        for k, place in enumerate(searched[:-1]):
+            others = np.array(searched[k + 1 :])
             found = self._search.settle(cells[place], gates[others])[gates[others]]
             pairs[place, others], pairs[others, place] = found, found
-        self._once = {cells[place] for place in new}
+            self._spent[cells[place]] = self._spent.get(cells[place], 0) + self._search.touched
+        self._spent = {gate: cost for gate, cost in self._spent.items() if gate in cells}
+        self._drop(max(_KEPT, gates.size))
         return pairs
 
     def path_between(self, start: int, gate: int) -> Indices:
@@ -52,13 +56,18 @@ class GateDistances:
         return descend(field, self._cols, start, gate)
 
     def _field_of(self, gate: int) -> Field | None:
-        """Return the distances from ``gate``, or None for one that is met for the first time."""
-        if gate in self._fields:
+        """Return the distances from ``gate``, or None if they are not worth having yet."""
+        kept = self._fields.get(gate)
+        if kept is not None:
             self._fields.move_to_end(gate)
-            return self._fields[gate].catch_up()
-        if gate not in self._once:
+            return kept.catch_up()
+        settled = int(self._map.written[CHANGES])  # by a field, about: the cells that were seen
+        if gate not in self._spent or self._spent[gate] < _SHARE * settled:
             return None
+        del self._spent[gate]
         self._fields[gate] = MapField(self._map, CLEAR, gate, self._work)
-        if len(self._fields) > _KEPT:
-            self._fields.popitem(last=False)
         return self._fields[gate].values
+
+    def _drop(self, most: int) -> None:
+        while len(self._fields) > most:
+            self._fields.popitem(last=False)

@@ -5,6 +5,7 @@ import pytest
 
 from pipeline.grids.distances import DIAGONAL, NOWHERE, open_field, settle, workspace_for
 from pipeline.grids.partial_map import BLOCKED, CHANGES, CLEAR, UNSEEN, PartialMap, map_of
+from pipeline.planning import gate_distances
 from pipeline.planning.gate_distances import GateDistances
 from tests.worlds import scattered
 
@@ -31,19 +32,23 @@ def field_from(map_: PartialMap, cell: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_pairs_equal_single_searches_as_the_map_grows(seed: int) -> None:
+def test_pairs_equal_single_searches_as_the_map_grows(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+    field = gate_distances.MapField
+    monkeypatch.setattr(gate_distances, "MapField", lambda *given: made.append(given[2]) or field(*given))
     rng = np.random.default_rng(seed)
     map_ = seen_in_part(seed)
     distances = GateDistances(map_, workspace_for(map_.status.size))
     gates = rng.choice(np.flatnonzero(map_.status.ravel() == CLEAR), 30, replace=False).astype(np.int32)
-    for _ in range(40):  # more gates in turn than fields are kept
-        asked = rng.choice(gates, rng.integers(2, 9), replace=False)
+    for step in range(60):  # old gates vanish, new ones appear: in all more of them than fields are kept
+        asked = rng.permutation(gates[step // 3 : step // 3 + 9])[: rng.integers(7, 10)]
         expected = np.stack([field_from(map_, gate)[asked] for gate in asked])
         assert np.array_equal(distances.between(asked), expected)
         unseen = np.flatnonzero(map_.status.ravel() == UNSEEN)
         see(map_, rng.choice(unseen, min(4, unseen.size), replace=False), CLEAR)
         others = np.setdiff1d(np.flatnonzero(map_.status.ravel() == CLEAR), gates)
         see(map_, rng.choice(others, 1), BLOCKED)
+    assert 16 < len(made) <= len(gates)
 
 
 @pytest.mark.parametrize("asked_before", [False, True])
