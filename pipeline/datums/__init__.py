@@ -1,7 +1,8 @@
 """The labelled table: versioned schema, writer, reader."""
 
-from pipeline.datums.reader import read_datums
+from pipeline.datums.reader import read_blocks, read_datums
 from pipeline.datums.schema import DATUM_SCHEMA, DATUM_VERSION, MAP_VIEW, Datum, DatumRows, stack
+from pipeline.datums.summary import Summary, summarise
 from pipeline.datums.writer import digest, shard_path, write_shard
 
 __all__ = [
@@ -10,9 +11,12 @@ __all__ = [
     "MAP_VIEW",
     "Datum",
     "DatumRows",
+    "Summary",
     "digest",
+    "read_blocks",
     "read_datums",
     "shard_path",
     "stack",
+    "summarise",
     "write_shard",
 ]

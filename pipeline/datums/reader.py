@@ -36,27 +36,33 @@ def read_blocks(
 
     Raises TableError as it does, at the latest when the shard in question is reached.
     """
+    for table in read_tables(folder, rows_at_once=rows_at_once):
+        if splits is not None:
+            table = table.filter(pc.is_in(table["split"], pa.array(list(splits), type=pa.string())))
+        if len(table):
+            yield DatumRows(*(_values(table[field.name].combine_chunks()) for field in DATUM_SCHEMA))  # type: ignore[arg-type]
+
+
+def read_tables(
+    folder: Path, *, columns: Sequence[str] | None = None, rows_at_once: int = _ROWS_AT_ONCE
+) -> Iterator[pa.Table]:
+    """Yield the shards as tables of up to ``rows_at_once`` rows, with all ``columns`` or those named.
+
+    Raises TableError as :func:`read_datums` does.
+    """
     shards = sorted(folder.glob("part-*.parquet"))
     if not shards:
         raise TableError(f"{folder} holds no datums (part-*.parquet expected): run the harvest stage first.")
     for path in shards:
-        for table in _read_tables(path, rows_at_once):
-            if splits is not None:
-                table = table.filter(pc.is_in(table["split"], pa.array(list(splits), type=pa.string())))
-            if len(table):
-                yield DatumRows(*(_values(table[field.name].combine_chunks()) for field in DATUM_SCHEMA))  # type: ignore[arg-type]
-
-
-def _read_tables(path: Path, rows_at_once: int) -> Iterator[pa.Table]:
-    try:
-        with pq.ParquetFile(path) as file:
-            _check_version(path, file.schema_arrow)
-            for batch in file.iter_batches(rows_at_once):
-                yield pa.Table.from_batches([batch])
-    except (OSError, pa.ArrowException) as error:
-        raise TableError(
-            f"{path} is not a readable parquet file ({error}): delete it and run the harvest stage again."
-        ) from error
+        try:
+            with pq.ParquetFile(path) as file:
+                _check_version(path, file.schema_arrow)
+                for batch in file.iter_batches(rows_at_once, columns=columns):
+                    yield pa.Table.from_batches([batch])
+        except (OSError, pa.ArrowException) as error:
+            raise TableError(
+                f"{path} is not a readable parquet file ({error}): delete it and run the harvest stage again."
+            ) from error
 
 
 def _check_version(path: Path, found: pa.Schema) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from omegaconf import DictConfig
 
-from pipeline.datums import Datum, digest, read_datums, shard_path, stack, write_shard
+from pipeline.datums import Datum, digest, shard_path, stack, summarise, write_shard
 from pipeline.errors import TableError
 from pipeline.files import write_json
 from pipeline.grids.store import GridRecord, Pair, read_pairs, read_worlds
@@ -126,22 +126,11 @@ def _write_shard(
 
 
 def _summarise(target: Path, shards: Path, count: int, resumed: int) -> StageResult:
-    rows = read_datums(shards)
-    whole = digest(shards)
-    summary = {
-        "datums": len(rows.pair_id),
-        "shards": count,
-        "pairs": len(set(rows.pair_id.tolist())),
-        "plans": len(set(rows.plan_id.tolist())),
-        "buildings": len(set(rows.building.tolist())),
-        "leading_share": float(rows.leads_to_goal.mean()) if len(rows.pair_id) else 0.0,
-        "per_split": {split: int((rows.split == split).sum()) for split in sorted(set(rows.split.tolist()))},
-        "digest": whole,
-    }
-    write_json(target / "harvest.json", summary)
-    print(f"harvest: {summary['datums']} datums in {count} shards ({resumed} were there already), digest {whole[:12]}")
+    found, whole = summarise(shards), digest(shards)
+    write_json(target / "harvest.json", found._asdict() | {"shards": count, "digest": whole})
+    print(f"harvest: {found.datums} datums in {count} shards ({resumed} were there already), digest {whole[:12]}")
     return StageResult(
-        metrics={"datums": float(len(rows.pair_id)), "leading_share": float(summary["leading_share"])},  # type: ignore[arg-type]
+        metrics={"datums": float(found.datums), "leading_share": found.leading_share},
         files=[target / "harvest.json"],
         datasets={"datums": (shards, whole)},
     )

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from omegaconf import DictConfig
 
 from models.subgoals import SubgoalPredictor, TargetScaling
-from pipeline.datums import DatumRows, digest
-from pipeline.datums.reader import read_blocks
+from pipeline.datums import DatumRows, digest, read_blocks
 from pipeline.errors import TableError
 from pipeline.files import write_json
 from pipeline.learning.calibration import Calibration, calibrate

@@ -6,7 +6,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from pipeline.datums import DATUM_SCHEMA, digest, read_datums, shard_path, stack, write_shard
+from pipeline.datums import DATUM_SCHEMA, digest, read_datums, shard_path, stack, summarise, write_shard
 from pipeline.datums.schema import METADATA_KEY
 from pipeline.datums.writer import to_table
 from pipeline.errors import TableError
@@ -142,3 +142,20 @@ def test_a_bad_shard_is_named(tmp_path: Path, damage: object, message: str) -> N
 def test_no_shards_say_what_to_run(tmp_path: Path) -> None:
     with pytest.raises(TableError, match=r"nowhere holds no datums .* run the harvest stage"):
         read_datums(tmp_path / "nowhere")
+
+
+def test_a_summary_counts_what_the_shards_hold(tmp_path: Path) -> None:
+    datums = [
+        *make_datums(5, split="train"),
+        *(datum._replace(plan_id="other", building="annex", pair_id="other/0") for datum in make_datums(3)),
+        *make_datums(2, split="validation"),
+    ]
+    write_shard(shard_path(tmp_path, 0), stack(datums[:4]))
+    write_shard(shard_path(tmp_path, 1), stack(datums[4:]))
+    found, rows = summarise(tmp_path), read_datums(tmp_path)
+    assert found.datums == 10
+    assert (found.pairs, found.plans, found.buildings) == tuple(
+        len(set(column.tolist())) for column in (rows.pair_id, rows.plan_id, rows.building)
+    )
+    assert found.leading_share == rows.leads_to_goal.mean()
+    assert found.per_split == {"train": 8, "validation": 2}

@@ -15,8 +15,7 @@ import pytest
 import torch
 from omegaconf import DictConfig, OmegaConf
 
-from pipeline.datums import shard_path, stack, write_shard
-from pipeline.datums.reader import read_blocks
+from pipeline.datums import read_blocks, shard_path, stack, write_shard
 from pipeline.errors import ConfigError, TableError
 from pipeline.simulation.trial import Ending, run_trial
 from pipeline.simulation.world import make_world
