@@ -114,6 +114,7 @@ def spread(  # noqa: PLR0915  # one loop: a call per cell would cost more than t
     """
     ring, trail = work.ring, work.trail
     room = ring.size // 3
+    row, one = np.uintp(cols), np.uintp(1)  # unsigned, or each access would ask whether the index is negative
     counts = np.zeros(3, dtype=np.int64)
     settled, entered, awaited = 0, 0, 0
     level = int(field[seeds[0]]) if seeds.size else 0
@@ -124,65 +125,65 @@ def spread(  # noqa: PLR0915  # one loop: a call per cell would cost more than t
             counts[now] += 1
             entered += 1
         for k in range(counts[now]):
-            cell = ring[now * room + k]
+            cell = np.uintp(ring[now * room + k])
             here = field[cell]
             if here < level:  # it was lessened into an earlier bucket, and is settled
                 continue
             trail[settled] = cell
             settled += 1
-            north, east = field[cell + cols], field[cell + 1]
-            south, west = field[cell - cols], field[cell - 1]
+            north, east = field[cell + row], field[cell + one]
+            south, west = field[cell - row], field[cell - one]
             there = here + 1.0
             if there < north:
-                field[cell + cols] = there
+                field[cell + row] = there
                 if anew or north >= level + 2.0:
-                    ring[soon * room + counts[soon]] = cell + cols
+                    ring[soon * room + counts[soon]] = cell + row
                     counts[soon] += 1
             if there < east:
-                field[cell + 1] = there
+                field[cell + one] = there
                 if anew or east >= level + 2.0:
-                    ring[soon * room + counts[soon]] = cell + 1
+                    ring[soon * room + counts[soon]] = cell + one
                     counts[soon] += 1
             if there < south:
-                field[cell - cols] = there
+                field[cell - row] = there
                 if anew or south >= level + 2.0:
-                    ring[soon * room + counts[soon]] = cell - cols
+                    ring[soon * room + counts[soon]] = cell - row
                     counts[soon] += 1
             if there < west:
-                field[cell - 1] = there
+                field[cell - one] = there
                 if anew or west >= level + 2.0:
-                    ring[soon * room + counts[soon]] = cell - 1
+                    ring[soon * room + counts[soon]] = cell - one
                     counts[soon] += 1
             there = here + DIAGONAL
             bucket = soon if there < level + 2.0 else late
             bound = level + 2.0 if bucket == soon else level + 3.0
             if north >= 0.0 and east >= 0.0:
-                old = field[cell + cols + 1]
+                old = field[cell + row + one]
                 if there < old:
-                    field[cell + cols + 1] = there
+                    field[cell + row + one] = there
                     if anew or old >= bound:
-                        ring[bucket * room + counts[bucket]] = cell + cols + 1
+                        ring[bucket * room + counts[bucket]] = cell + row + one
                         counts[bucket] += 1
             if north >= 0.0 and west >= 0.0:
-                old = field[cell + cols - 1]
+                old = field[cell + row - one]
                 if there < old:
-                    field[cell + cols - 1] = there
+                    field[cell + row - one] = there
                     if anew or old >= bound:
-                        ring[bucket * room + counts[bucket]] = cell + cols - 1
+                        ring[bucket * room + counts[bucket]] = cell + row - one
                         counts[bucket] += 1
             if south >= 0.0 and east >= 0.0:
-                old = field[cell - cols + 1]
+                old = field[cell - row + one]
                 if there < old:
-                    field[cell - cols + 1] = there
+                    field[cell - row + one] = there
                     if anew or old >= bound:
-                        ring[bucket * room + counts[bucket]] = cell - cols + 1
+                        ring[bucket * room + counts[bucket]] = cell - row + one
                         counts[bucket] += 1
             if south >= 0.0 and west >= 0.0:
-                old = field[cell - cols - 1]
+                old = field[cell - row - one]
                 if there < old:
-                    field[cell - cols - 1] = there
+                    field[cell - row - one] = there
                     if anew or old >= bound:
-                        ring[bucket * room + counts[bucket]] = cell - cols - 1
+                        ring[bucket * room + counts[bucket]] = cell - row - one
                         counts[bucket] += 1
         counts[now] = 0
         while awaited < targets.size and 0.0 <= field[targets[awaited]] < level + 1.0:

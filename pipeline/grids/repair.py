@@ -125,21 +125,22 @@ def _border(field: Field, cols: int, source: int, touched: int, cleared: int, wo
 @njit(cache=True, nogil=True)
 def best_way(field: Field, cols: int, cell: int) -> float:
     """Return the least distance that the neighbours of the passable flat ``cell`` offer it, inf if none does."""
-    north, east = field[cell + cols], field[cell + 1]
-    south, west = field[cell - cols], field[cell - 1]
+    at, row, one = np.uintp(cell), np.uintp(cols), np.uintp(1)  # unsigned: see `spread`
+    north, east = field[at + row], field[at + one]
+    south, west = field[at - row], field[at - one]
     straight, diagonal = np.inf, np.inf
     if north >= 0.0:
         straight = min(straight, north)
-        if east >= 0.0 and field[cell + cols + 1] >= 0.0:
-            diagonal = min(diagonal, field[cell + cols + 1])
-        if west >= 0.0 and field[cell + cols - 1] >= 0.0:
-            diagonal = min(diagonal, field[cell + cols - 1])
+        if east >= 0.0 and field[at + row + one] >= 0.0:
+            diagonal = min(diagonal, field[at + row + one])
+        if west >= 0.0 and field[at + row - one] >= 0.0:
+            diagonal = min(diagonal, field[at + row - one])
     if south >= 0.0:
         straight = min(straight, south)
-        if east >= 0.0 and field[cell - cols + 1] >= 0.0:
-            diagonal = min(diagonal, field[cell - cols + 1])
-        if west >= 0.0 and field[cell - cols - 1] >= 0.0:
-            diagonal = min(diagonal, field[cell - cols - 1])
+        if east >= 0.0 and field[at - row + one] >= 0.0:
+            diagonal = min(diagonal, field[at - row + one])
+        if west >= 0.0 and field[at - row - one] >= 0.0:
+            diagonal = min(diagonal, field[at - row - one])
     if east >= 0.0:
         straight = min(straight, east)
     if west >= 0.0:
