@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from pipeline.grids.distances import Indices, Status, descend, workspace_for
 from pipeline.grids.fields import MapField
-from pipeline.grids.partial_map import UNSEEN, PartialMap
+from pipeline.grids.partial_map import UNSEEN
 from pipeline.planning.seen import Seen
 
 
@@ -17,10 +17,9 @@ class OptimisticPlanner:
     serves one trial.
     """
 
-    def __init__(self) -> None:
-        """Know no map yet."""
-        self._map: PartialMap | None = None
-        self._onward: MapField | None = None
+    def __init__(self, ways: MapField | None = None) -> None:
+        """Plan with ``ways``, distances to the goal with the unknown taken as free, or else with a field of its own."""
+        self._ways = ways
         self._path: Indices = np.empty(0, dtype=np.int32)
 
     def plan(self, seen: Seen) -> NDArray[np.int32] | None:
@@ -28,10 +27,10 @@ class OptimisticPlanner:
         status = seen.map.status
         cols = status.shape[1]
         robot, goal = seen.pose.row * cols + seen.pose.col, seen.goal.row * cols + seen.goal.col
-        if self._onward is None or self._map is not seen.map:
-            self._map, self._onward = seen.map, MapField(seen.map, UNSEEN, goal, workspace_for(status.size))
+        if self._ways is None:
+            self._ways = MapField(seen.map, UNSEEN, goal, workspace_for(status.size))
         at = _place_on(self._path, status, robot)
-        self._path = self._path[at:] if at >= 0 else descend(self._onward.catch_up(), cols, robot, goal)
+        self._path = self._path[at:] if at >= 0 else descend(self._ways.catch_up(), cols, robot, goal)
         return self._path if self._path.size else None
 
 

@@ -56,7 +56,7 @@ class Surroundings:
         self._sets, self._counts = np.empty(size, dtype=np.int32), np.zeros(2, dtype=np.int64)
         self._journal, self._order = np.empty(size, dtype=np.int32), np.zeros(size, dtype=np.int32)
         self._reach: RobotField | None = None
-        self._onward: MapField | None = None
+        self._ways: MapField | None = None
         self._read = int(seen.map.written[CHANGES])
         self._border: Indices = NOWHERE
         self.divisions = 0
@@ -100,9 +100,14 @@ class Surroundings:
     @property
     def onward(self) -> Field:
         """Travel distance [cells] to the goal with the unknown taken as free: [cells]."""
-        if self._onward is None:
-            self._onward = MapField(self._map, UNSEEN, self._goal, self.work)
-        return self._onward.catch_up()
+        return self.ways.catch_up()
+
+    @property
+    def ways(self) -> MapField:
+        """The field of ``onward``, for whoever looks at it in his own time."""
+        if self._ways is None:
+            self._ways = MapField(self._map, UNSEEN, self._goal, self.work)
+        return self._ways
 
     def _make_subgoals(self, seen: Seen) -> None:
         self._robot = self._home(seen)
@@ -121,11 +126,3 @@ class Surroundings:
 
     def _home(self, seen: Seen) -> int:
         return int(seen.pose.row * self._cols + seen.pose.col)
-
-
-def surroundings_of(seen: Seen, before: Surroundings | None) -> Surroundings:
-    """Return the surroundings of ``seen``: those ``before`` brought up to date, if they are of the same map."""
-    if before is None or not before.are_of(seen.map):
-        return Surroundings(seen)
-    before.update(seen)
-    return before

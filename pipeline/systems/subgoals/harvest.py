@@ -9,7 +9,7 @@ from pipeline.datums import Datum
 from pipeline.grids.occupancy import Cell, center_of
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.seen import Seen
-from pipeline.planning.subgoals import Surroundings, surroundings_of
+from pipeline.planning.subgoals import Surroundings
 from pipeline.simulation.lidar import Lidar
 from pipeline.simulation.trial import Episode, run_trial
 from pipeline.simulation.world import World
@@ -35,26 +35,32 @@ class _Harvester:
     def __init__(self, world: World, origin: Origin, floor_m: float, map_views: bool) -> None:
         self._world = world
         self._origin = origin
-        self._optimist = OptimisticPlanner()
         self._book = LabelBook(world, floor_m=floor_m)
         self._map_views = map_views
-        self._around: Surroundings | None = None
-        self._views: MapViews | None = None
+        self._met: _Met | None = None
         self.datums: list[Datum] = []
 
     def plan(self, seen: Seen) -> NDArray[np.int32] | None:
-        around = self._around = surroundings_of(seen, self._around)
-        marked = self._book.mark_changed(seen, around)
+        if self._met is None:
+            around = Surroundings(seen)
+            views = MapViews(seen, around) if self._map_views else None
+            self._met = _Met(around, OptimisticPlanner(around.ways), views)
+        else:
+            self._met.around.update(seen)
+        marked = self._book.mark_changed(seen, self._met.around)
         if marked:
-            self.datums += _to_datums(marked, seen, self._world, self._origin, self._view(marked, seen, around))
-        return self._optimist.plan(seen)
+            subgoals = [mark.subgoal for mark in marked]
+            found = None if self._met.views is None else self._met.views.views(seen, subgoals)
+            self.datums += _to_datums(marked, seen, self._world, self._origin, found)
+        return self._met.optimist.plan(seen)
 
-    def _view(self, marked: list[Marked], seen: Seen, around: Surroundings) -> NDArray[np.float32] | None:
-        if not self._map_views:
-            return None
-        if self._views is None or not self._views.are_of(around):
-            self._views = MapViews(seen, around)
-        return self._views.views(seen, [mark.subgoal for mark in marked])
+
+class _Met(NamedTuple):
+    """What begins with the first thing seen. views: where they are to be stored."""
+
+    around: Surroundings
+    optimist: OptimisticPlanner
+    views: MapViews | None
 
 
 def harvest_trial(
