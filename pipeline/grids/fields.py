@@ -57,8 +57,9 @@ class MapField(LiveField):
     def catch_up(self) -> Field:
         """Take in what was seen since, and return the values."""
         written = int(self._map.written[CHANGES])
-        self.update(self._map.changes[self._read : written])
-        self._read = written
+        if written > self._read:
+            self.update(self._map.changes[self._read : written])
+            self._read = written
         return self.values
 
 
