@@ -130,7 +130,10 @@ def _warnings(plan: FloorPlan | GridPlan, share: float) -> tuple[str, ...]:
             found.append("no cell is occupied: walls may be missing, or the thresholds are wrong")
         edge = np.concatenate([plan.cells[0], plan.cells[-1], plan.cells[:, 0], plan.cells[:, -1]]) == FREE
         if edge.mean() > _PAPER:
-            found.append(f"{edge.mean():.0%} of the border is free: does the ground around the house count as floor?")
+            found.append(
+                f"{edge.mean():.0%} of the border is free: if that is paper around the house and no floor, say "
+                "plans.read.paper=true"
+            )
         if unknown > 0.9:
             found.append(f"{unknown:.0%} of the cells are unknown")
     return tuple(found)

@@ -8,6 +8,7 @@ from pathlib import Path, PurePath
 from typing import NamedTuple
 
 from pipeline.errors import PlanError
+from pipeline.floorplans.sources import SourceFile
 
 PATTERN = "manifest*.csv"
 BUILDING_COLUMNS = ("building", "venue", "home")
@@ -41,23 +42,26 @@ class Manifest(NamedTuple):
         return next((self.places[name] for name in names if name in self.places), None)
 
 
-def find_manifest(original: Path) -> Manifest | None:
+def find_manifest(file: SourceFile) -> Manifest | None:
     """Return what the nearest manifest beside or above a file says, None where there is none.
 
-    original: where the file lies for a person; a member of an archive lies below it, as below a folder. A line is
-    found by its columns ``file`` and ``member`` (folder and file inside an archive), endings ignored, so that a YAML
-    finds the line of its picture; by ``id``, a record of a file that holds many; or else by its folder.
+    A member of an archive lies below it, as below a folder: a manifest within the archive comes first. A line is found
+    by its columns ``file`` and ``member`` (folder and file inside an archive), endings ignored, so that a YAML finds
+    the line of its picture; by ``id``, a record of a file that holds many; or else by its folder.
 
     Raises:
         PlanError: the manifest cannot be read.
     """
-    for folder in original.absolute().parents[:_LEVELS_ABOVE]:
+    inside = [folder for folder in file.path.parents if file.unpacked and folder.is_relative_to(file.unpacked[0])]
+    original = file.original.absolute()
+    places = [(folder, file.path) for folder in inside] + [(folder, original) for folder in original.parents]
+    for folder, path in places[: len(inside) + _LEVELS_ABOVE]:
         tables = sorted(folder.glob(PATTERN)) if folder.is_dir() else []
         if tables:
             found = [_lines(table, table.stat().st_mtime_ns) for table in tables]
-            places = {name: building for of_table, _ in found for name, building in of_table.items()}
+            buildings = {name: building for of_table, _ in found for name, building in of_table.items()}
             records = {name: building for _, of_table in found for name, building in of_table.items()}
-            return Manifest(original.absolute().relative_to(folder), places, records)
+            return Manifest(path.relative_to(folder), buildings, records)
     return None
 
 

@@ -5,7 +5,7 @@ corner of ``cells[0, 0]``.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import NamedTuple
 
@@ -128,6 +128,23 @@ def bounds_of(plan: FloorPlan | GridPlan) -> Bounds:
     rows, cols = plan.cells.shape
     return Bounds(
         plan.origin.x, plan.origin.y, plan.origin.x + cols * plan.resolution, plan.origin.y + rows * plan.resolution
+    )
+
+
+def without_margins(plan: FloorPlan | GridPlan) -> FloorPlan | GridPlan:
+    """Return a grid without the unknown cells around what is known of it, which most of a laser map may be."""
+    if isinstance(plan, FloorPlan):
+        return plan
+    known = plan.cells != UNKNOWN
+    rows, cols = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
+    if not rows.size:
+        return plan
+    window = (slice(rows[0], rows[-1] + 1), slice(cols[0], cols[-1] + 1))
+    return replace(
+        plan,
+        cells=plan.cells[window],
+        origin=Location(plan.origin.x + int(cols[0]) * plan.resolution, plan.origin.y + int(rows[0]) * plan.resolution),
+        layers={name: layer._replace(values=layer.values[window]) for name, layer in plan.layers.items()},
     )
 
 

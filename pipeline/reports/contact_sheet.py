@@ -16,7 +16,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from pipeline.files import replacing
 from pipeline.floorplans.openings import NARROWEST_DOOR_M
-from pipeline.floorplans.plan import FloorPlan, GridPlan, bounds_of
+from pipeline.floorplans.plan import FloorPlan, GridPlan, bounds_of, without_margins
 from pipeline.reports.plan_looks import DOOR, SPLINTER, WALL, Pixels, parts_of, shades_of, tint
 from pipeline.reports.style import INK, MUTED
 
@@ -46,7 +46,11 @@ def tile_size(count: int) -> int:
 
 
 def draw_tile(plan: FloorPlan | GridPlan, side: int, *, name: str | None = None) -> Tile:
-    """Draw ``plan`` so that it fills a square of ``side`` pixels; ``name`` stands below it, by default its plan id."""
+    """Draw ``plan`` so that it fills a square of ``side`` pixels; ``name`` stands below it, by default its plan id.
+
+    Margins of unknown cells are left out. A line runs around the drawing, where a robot could not go on either.
+    """
+    plan = without_margins(plan)
     low_x, low_y, high_x, high_y = bounds_of(plan)
     longer = max(high_x - low_x, high_y - low_y)
     finer = side * _FINER
@@ -57,7 +61,9 @@ def draw_tile(plan: FloorPlan | GridPlan, side: int, *, name: str | None = None)
         canvas = _cells_image(plan, cols, rows)
     else:
         canvas = _geometry_image(plan, cols, rows, finer / longer)
-    _mark_doors(ImageDraw.Draw(canvas), plan, rows, finer / longer)
+    pen = ImageDraw.Draw(canvas)
+    _mark_doors(pen, plan, rows, finer / longer)
+    pen.rectangle((0, 0, cols - 1, rows - 1), outline=WALL, width=_FINER)
     return Tile(name or plan.plan_id, _shrink(np.asarray(canvas)), longer / side)
 
 

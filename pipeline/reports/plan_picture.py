@@ -14,7 +14,7 @@ from shapely.geometry import Polygon
 
 from pipeline.floorplans.checks import PlanReport
 from pipeline.floorplans.openings import NARROWEST_DOOR_M
-from pipeline.floorplans.plan import CLUTTER, UNKNOWN, Bounds, FloorPlan, GridPlan, bounds_of
+from pipeline.floorplans.plan import CLUTTER, UNKNOWN, Bounds, FloorPlan, GridPlan, bounds_of, without_margins
 from pipeline.reports.plan_looks import (
     DOOR,
     FURNITURE,
@@ -35,9 +35,10 @@ _MOST_LABELS = 120  # more room names than this cover the plan
 
 
 def draw_plan(plan: FloorPlan | GridPlan, report: PlanReport) -> Figure:
-    """Return the plan drawn to scale, x and y in metres, with a legend of what occurs in it."""
+    """Return the plan drawn to scale, x and y in metres, with a legend; margins of unknown cells are left out."""
+    plan = without_margins(plan)
     bounds = bounds_of(plan)
-    width, height = report.width_m, report.height_m
+    width, height = bounds.max_x - bounds.min_x, bounds.max_y - bounds.min_y
     inches = _LONGER_SIDE_INCHES / max(width, height)
     figure = new_figure(*(max(_SHORTEST_SIDE_INCHES, side * inches) + 0.9 for side in (width, height)))
     axes = figure.subplots()

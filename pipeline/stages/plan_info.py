@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.errors import ConfigError, PlanError
 from pipeline.floorplans.openings import NARROWEST_DOOR_M
-from pipeline.floorplans.plan import FREE, FloorPlan, GridPlan
+from pipeline.floorplans.plan import FREE, FloorPlan, GridPlan, bounds_of, without_margins
 from pipeline.stages.plan_files import Found, file_name, keep_existing, plan_files, read_file
 from pipeline.stages.plan_options import in_flags, read_options
 
@@ -38,6 +38,7 @@ def info(given: Namespace) -> int:
 def record_of(found: Found) -> dict[str, Any]:
     """Return what is known of a plan as JSON has it: lengths in metres, areas in square metres."""
     plan, report = found.plan, found.report
+    known = bounds_of(without_margins(plan))
     widths = [door.width for door in plan.doors]
     record = {
         "plan": plan.plan_id,
@@ -49,6 +50,7 @@ def record_of(found: Found) -> dict[str, Any]:
         "source": plan.source,
         "width_m": round(report.width_m, 3),
         "height_m": round(report.height_m, 3),
+        "known_m": [round(known.max_x - known.min_x, 3), round(known.max_y - known.min_y, 3)],
         "kind": "grid" if isinstance(plan, GridPlan) else "geometry",
         "rooms": rooms_of(plan),
         "doors": len(widths),
@@ -88,13 +90,16 @@ def text_of(record: dict[str, Any]) -> str:
     scale = "geometry in metres"
     if grid:
         scale = f"{record['resolution_m']:g} m per cell, {record['rows']} rows x {record['cols']} columns"
+    size = f"{record['width_m']:.2f} x {record['height_m']:.2f} m"
+    if record["known_m"] != [record["width_m"], record["height_m"]]:
+        size += ", of which {:.2f} x {:.2f} m are known".format(*record["known_m"])
     floor = "" if record["floor"] == record["plan"] else f", floor {record['floor']}"
     parts = record["free_components"]
     largest = "" if parts == 1 else f", the largest holds {record['largest_free_share']:.1%}"
     narrowest = "none" if record["narrowest_m"] is None else f"{record['narrowest_m']:.2f} m ({record['narrowest_is']})"
     lines = [
         ("format", f"{record['format']}, from {record['source']}"),
-        ("size", f"{record['width_m']:.2f} x {record['height_m']:.2f} m"),
+        ("size", size),
         ("scale", scale),
         ("building", f"{record['building']}{floor}, environment {record['environment']}"),
         ("rooms", _rooms(record["rooms"])),

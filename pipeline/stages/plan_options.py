@@ -62,6 +62,7 @@ def _names(value: Any) -> tuple[str, ...]:
 _CHECKS: dict[str, Check] = {
     **{name: number_from(low, high) for name, (low, high) in RANGES.items()},
     "invert": _yes_no,
+    "paper": _yes_no,
     "levels": _names,
     "wall_layers": _names,
     "door_layers": _names,
@@ -70,6 +71,8 @@ _CHECKS: dict[str, Check] = {
 _IN_FLAGS = {
     "plans.read.metres_per_unit=": "--scale ",
     "plans.read.metres_per_unit": "--scale",
+    "plans.read.paper=true": "--paper",
+    "plans.read.paper": "--paper",
     "plans.read.wall_layers": "--wall-layer",
     "plans.read.door_layers": "--door-layer",
     "plans.read.levels": "--level",
@@ -90,14 +93,18 @@ def add_read_options(parser: ArgumentParser) -> None:
     group.add_argument("--reader", metavar="NAME", help="format of the files; by default each is looked into")
     options: list[tuple[str, str, str, str]] = [
         ("--scale", "metres_per_unit", "M", "size of a pixel, a cell or a drawing unit [m]"),
-        ("--free-thresh", "free_thresh", "D", "pictures: darkness, 0 white to 1 black, below which it is free (0.25)"),
+        ("--free-thresh", "free_thresh", "D", "pictures: darkness, 0 white to 1 black, below which it is free (0.196)"),
         ("--occupied-thresh", "occupied_thresh", "D", "pictures: darkness above which it is a wall (0.65)"),
         ("--door-width", "door_width_m", "M", "width of doors that the files give without one [m] (0.9)"),
         ("--wall", "wall_m", "M", "thickness of walls drawn as lines [m] (0.1)"),
     ]
     for flag, key, word, text in options:
         group.add_argument(flag, dest=key, metavar=word, type=_CHECKS[key], help=text)
-    group.add_argument("--invert", action="store_const", const=True, help="pictures: dark is free")
+    for flag, text in (
+        ("--invert", "pictures: dark is free"),
+        ("--paper", "pictures, grids: free space around the house up to the border is paper, and no floor"),
+    ):
+        group.add_argument(flag, action="store_const", const=True, help=text)
     for flag, key, word, text in (
         ("--level", "levels", "L", "read only this floor of a file"),
         ("--wall-layer", "wall_layers", "NAME", "layer or class of a drawing that holds walls, with * and ?"),

@@ -37,10 +37,12 @@ class ReadConfig:
     """Size of a pixel, a cell or a drawing unit [m]; null where the files state it."""
     invert: bool = False
     """Pictures: dark is free."""
-    free_thresh: float = 0.25
-    """Pictures: darkness from 0 (white) to 1 (black), below which a pixel is free."""
+    free_thresh: float = 0.196
+    """Pictures: darkness from 0 (white) to 1 (black), below which a pixel is free; grey 205 is unknown, as in ROS."""
     occupied_thresh: float = 0.65
     """Pictures: darkness above which a pixel is occupied; between the two it is unknown."""
+    paper: bool = False
+    """Pictures and other grids: free space around the house that reaches the border is paper, and no floor."""
     door_width_m: float = 0.9
     """Width of doors that the files give without one."""
     wall_m: float = 0.1
@@ -69,6 +71,7 @@ class ReadConfig:
             invert=self.invert,
             free_thresh=self.free_thresh,
             occupied_thresh=self.occupied_thresh,
+            paper=self.paper,
             door_width_m=self.door_width_m,
             wall_m=self.wall_m,
             levels=tuple(self.levels),

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.checks import inspect
-from pipeline.floorplans.openings import doors_from, grid_passage_width, passage_width
+from pipeline.floorplans.openings import doors_from
 from pipeline.floorplans.plan import Bounds, Door, Location, polygon_from
 from tests.floorplans.samples import KNOWN, cells_of, floor_plan, grid_plan
 
@@ -35,16 +35,6 @@ def test_geometry_is_measured_the_same_way():
     report = inspect(floor_plan(both))
     assert report.free_components == 2
     assert report.largest_free_share == pytest.approx(0.75)
-
-
-@pytest.mark.parametrize("gap", [0.8, 1.0, 2.0])
-def test_the_passage_between_two_rooms_is_measured(gap):
-    rooms = shapely.union_all([shapely.box(0, 0, 9, 9), shapely.box(9, 4, 10, 4 + gap), shapely.box(10, 0, 19, 9)])
-    assert passage_width(rooms) == pytest.approx(gap, abs=0.02)
-    finer = np.ones((90, 190), dtype=np.bool_)
-    finer[:, 90:100] = False
-    finer[40 : 40 + round(gap * 10), 90:100] = True
-    assert grid_passage_width(finer, 0.1) == pytest.approx(gap, abs=0.15)
 
 
 def test_marked_doors_come_before_estimates_and_splinters_do_not_count():
@@ -119,7 +109,9 @@ def test_a_house_on_white_paper_is_warned_of_and_one_with_an_open_side_is_not():
     paper = ("........", ".######.", ".#....#.", ".#....#.", ".##.###.", "........")
     open_side = ("########", "#......#", "#......#", "#......#", "........")
     (warning,) = inspect(grid_plan(paper, resolution=1.0)).warnings
-    assert warning == "100% of the border is free: does the ground around the house count as floor?"
+    assert warning == (
+        "100% of the border is free: if that is paper around the house and no floor, say plans.read.paper=true"
+    )
     assert inspect(grid_plan(open_side, resolution=1.0)).warnings == ()
 
 

@@ -7,8 +7,9 @@ import pytest
 from pipeline.errors import PlanError
 from pipeline.floorplans import manifest as manifest_module
 from pipeline.floorplans.manifest import find_manifest
-from pipeline.floorplans.readers import READERS, read_plan_file, read_plans
-from pipeline.floorplans.sources import open_source
+from pipeline.floorplans.readers import COMPANION, READERS, UNRECOGNISED, classify, read_plan_file, read_plans
+from pipeline.floorplans.sources import lone_file, open_source
+from tests.floorplans.archive_samples import pack
 from tests.floorplans.real_data import dev_folder
 from tests.floorplans.samples import write_npz
 
@@ -20,7 +21,7 @@ def table(folder: Path, *lines: str, name: str = "manifest_dev.csv", encoding: s
 
 
 def building(file: Path, plan_id: str = "p") -> str | None:
-    found = find_manifest(file)
+    found = find_manifest(lone_file(file))
     return None if found is None else found.building_of(plan_id)
 
 
@@ -40,7 +41,7 @@ def test_the_nearest_manifest_counts(tmp_path):
 
 
 def test_without_a_manifest_or_a_line_nothing_is_said(tmp_path):
-    assert find_manifest(tmp_path / "a.npz") is None
+    assert find_manifest(lone_file(tmp_path / "a.npz")) is None
     table(tmp_path, "file,building", "b.npz,other")
     assert building(tmp_path / "a.npz") is None
 
@@ -114,18 +115,18 @@ def test_a_changed_manifest_is_read_again(tmp_path):
 def test_an_unreadable_manifest_is_an_error(tmp_path, monkeypatch):
     (tmp_path / "manifest.csv").write_bytes(b"file,building\n\xff\xfe,b\n")
     with pytest.raises(PlanError, match=r"manifest.csv: not a readable manifest"):
-        find_manifest(tmp_path / "a.npz")
+        find_manifest(lone_file(tmp_path / "a.npz"))
     table(tmp_path, "file,building", "a.npz,b", name="manifest.csv")
     monkeypatch.setattr(manifest_module, "_LARGEST", 10)
     with pytest.raises(PlanError, match=r"manifest.csv: larger than 10 bytes"):
-        find_manifest(tmp_path / "a.npz")
+        find_manifest(lone_file(tmp_path / "a.npz"))
 
 
 def test_a_cell_beyond_every_measure_is_an_error(tmp_path, monkeypatch):
     monkeypatch.setattr(manifest_module, "_LONGEST_FIELD", 1000)
     table(tmp_path, "file,building", f"a.npz,{'b' * 2000}")
     with pytest.raises(PlanError, match=r"not a readable manifest \(field larger than field limit"):
-        find_manifest(tmp_path / "a.npz")
+        find_manifest(lone_file(tmp_path / "a.npz"))
 
 
 @pytest.mark.parametrize(
@@ -157,3 +158,36 @@ def test_a_packed_plan_finds_its_line_beside_the_archive(tmp_path):
         (file,) = [file for file in files if file.name.endswith(".gz")]
         (plan,) = read_plans(file, READERS["mit_campus_grids"])
     assert (plan.building, plan.source) == ("MIT-WALKER", "W1-2_17.npz.gz")
+
+
+@pytest.mark.parametrize(
+    ("inside", "outside", "expected"),
+    [
+        (("manifest.csv", b"file,building\nlab/7-1_1.npz,WITHIN\n"), None, "WITHIN"),
+        (("manifest.csv", b"file,building\nlab/7-1_1.npz,WITHIN\n"), "7-1_1.npz,BESIDE", "WITHIN"),
+        (("lab/manifest_dev.csv", b"file,building\n7-1_1.npz,NEAR\n"), "7-1_1.npz,BESIDE", "NEAR"),
+        (("notes.csv", b"file,building\nlab/7-1_1.npz,WITHIN\n"), "7-1_1.npz,BESIDE", "BESIDE"),
+        (("other/manifest.csv", b"file,building\n7-1_1.npz,OTHER\n"), None, "MIT-7"),
+    ],
+)
+def test_a_manifest_within_an_archive_comes_before_one_beside_it(tmp_path, inside, outside, expected):
+    content = write_npz(tmp_path / "made" / "7-1_1.npz").read_bytes()
+    archive = pack(tmp_path / "dev" / "floors.zip", ("lab/7-1_1.npz", content), inside)
+    if outside is not None:
+        table(tmp_path / "dev", "file,building", outside)
+    with open_source(archive) as files:
+        roles = {entry.file.name: entry.role for entry in classify(files)}
+        (file,) = [file for file in files if file.name.endswith(".npz")]
+        (plan,) = read_plans(file, READERS["mit_campus_grids"])
+    assert plan.building == expected
+    assert roles[f"floors.zip/{inside[0]}"] == (COMPANION if "manifest" in inside[0] else UNRECOGNISED)
+
+
+def test_an_unreadable_manifest_within_an_archive_is_named_as_a_person_knows_it(tmp_path):
+    content = write_npz(tmp_path / "7-1_1.npz").read_bytes()
+    archive = pack(tmp_path / "floors.zip", ("7-1_1.npz", content), ("manifest.csv", b"file,building\n\xff\xfe,b\n"))
+    with open_source(archive) as files:
+        (file,) = [file for file in files if file.name.endswith(".npz")]
+        with pytest.raises(PlanError) as refusal:
+            list(read_plans(file, READERS["mit_campus_grids"]))
+    assert str(refusal.value).startswith(f"{archive}/manifest.csv: not a readable manifest")

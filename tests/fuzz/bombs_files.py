@@ -63,6 +63,15 @@ def archive_bombs(sample: Sample) -> Bombs:
     ]
     yield "300 maps in one folder", packed(*maps, ("doors.yaml", b"a: 1", 0))
     yield "nothing within", packed()
+    plan = b'{"id": "a", "verts": [[0, 0], [8, 0], [8, 5], [0, 5]]}'
+    for name, table in (
+        ("noise", bytes(range(256)) * 100),
+        ("a field of 11 MB", b"id,building\n" + b"a" * 11_000_000 + b",b\n"),
+        ("120 MB", b"id,building\n" + b"a,b\n" * 30_000_000),
+        ("a building of two lines", b'id,building\na,"b\nc"\n'),
+    ):
+        yield f"a manifest of {name}", packed(("a.json", plan, 0), ("manifest.csv", table, 0))
+    yield "a manifest that is a folder", packed(("a.json", plan, 0), ("manifest.csv/b.json", plan, 0))
     whole = sample.files[sample.main]
     place = whole.index(b"PK\x01\x02")
     for name, at, value in (

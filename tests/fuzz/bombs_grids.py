@@ -204,10 +204,17 @@ def pictures_bombs(sample: Sample) -> Bombs:
         yield name, replace_main(sample, picture)
     chess = (np.indices((2000, 2000)).sum(0) % 2 * 255).astype(np.uint8)
     yield "a chessboard", replace_main(sample, picture_bytes(chess))
-    yield (
-        "noise of 4 million pixels",
-        replace_main(sample, picture_bytes(np.random.default_rng(0).integers(0, 256, (2000, 2000), dtype=np.uint8))),
-    )
+    noise = picture_bytes(np.random.default_rng(0).integers(0, 256, (2000, 2000), dtype=np.uint8))
+    yield "noise of 4 million pixels", replace_main(sample, noise)
+    blank = picture_bytes(np.full((3500, 3500), 255, np.uint8))
+    yield "12 million blank pixels", replace_main(sample, blank)
+    frame = np.full((3500, 3500), 255, np.uint8)
+    frame[900:2600, [900, 2600]] = frame[[900, 2600], 900:2600] = 0
+    for name, picture in (("blank", blank), ("framed", picture_bytes(frame)), ("chess", picture_bytes(chess))):
+        for scale in (0.01, 0.05, 0.5):
+            bomb = replace_main(sample, picture, metres_per_unit=scale, paper=True)
+            yield f"paper, {name}, of {scale} m", bomb
+    yield "noise on paper", replace_main(sample, noise, paper=True)
     for scale in (None, 0.0, -1.0, float("nan"), float("inf"), 1e-300, 1e300):
         yield f"scale {scale}", replace_main(sample, sample.files[sample.main], metres_per_unit=scale)
 

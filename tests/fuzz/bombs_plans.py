@@ -114,6 +114,10 @@ def features_bombs(sample: Sample) -> Bombs:
         "a circle of 100,000 corners",
         replace_main(sample, collection([feature("Polygon", [*circle, circle[0]], **tags)])),
     )
+    steps = np.repeat(np.arange(2500), 2) * 0.03
+    stairs = np.column_stack([np.append(steps[1:], 75.0), steps])
+    corridor = [*stairs.tolist(), *np.add(stairs[::-1], (-3, 4)).tolist()]
+    yield "a staircase", replace_main(sample, collection([feature("Polygon", [*corridor, corridor[0]], **tags)]))
     cells = [feature("Polygon", box(k % 100 * 2, k // 100 * 2, 2, 2), **tags) for k in range(300)]
     doors = [feature("Point", [[k % 100 * 2, k // 100 * 2 + 1.0]], **door) for k in range(300)]
     yield "300 rooms", replace_main(sample, collection(cells))

@@ -3,6 +3,7 @@
 import gzip
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -90,6 +91,9 @@ def _pictures() -> Iterator[Sample]:
         ("tif", "TIFF", grey),
     ):
         yield Sample({f"home.{ending}": picture_bytes(pixels, kind)}, f"home.{ending}", TENTHS)
+    on_paper = np.pad(grey, 15, constant_values=255)
+    yield Sample({"home.png": picture_bytes(on_paper)}, "home.png", replace(TENTHS, paper=True))
+    yield Sample({"home.tiff": picture_bytes(grey, "TIFF", big_tiff=True)}, "home.tiff", TENTHS)
     yield Sample({"plain.pgm": b"P2\n# a floor\n3 2\n255\n254 254 0\n254 0 254\n"}, "plain.pgm", METRES)
 
 
@@ -265,6 +269,8 @@ def _archives() -> Iterator[Sample]:
     yield Sample({"maps.zip": zip_bytes(map_files)}, "maps.zip")
     yield Sample({"all.zip": zip_bytes(floors | {"__MACOSX/._x": b"x", "readme.txt": b"hello"})}, "all.zip")
     yield Sample({"malls.zip": zip_bytes(mall)}, "malls.zip")
+    table = b"file,member,building\nW1-2_17.npz,,MIT-WALKER\n1234_A.npz,,KTH\n"
+    yield Sample({"said.zip": zip_bytes(floors | {"manifest.csv": table})}, "said.zip")
     yield Sample({"robot.json.gz": gzip.compress(next(_valetudo()).files["robot.json"], mtime=0)}, "robot.json.gz")
     drawing = gzip.compress(next(svg_samples()).files["flat.svg"], mtime=0)
     yield Sample({"flat.svgz": drawing}, "flat.svgz", CENTIMETRES)

@@ -6,7 +6,8 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 from pipeline.errors import PlanError
-from pipeline.floorplans.manifest import PATTERN, find_manifest
+from pipeline.floorplans.manifest import PATTERN, Manifest, find_manifest
+from pipeline.floorplans.paper import without_paper
 from pipeline.floorplans.plan import FloorPlan, GridPlan
 from pipeline.floorplans.readers.amrl_vector_maps import AmrlVectorMaps
 from pipeline.floorplans.readers.dxf import Dxf
@@ -149,14 +150,11 @@ def read_plans(
     Raises:
         PlanError: the file as a whole is damaged or lacks something.
     """
-    manifest = find_manifest(file.original)
+    given = options or ReadOptions()
     try:
-        for found in reader.read(file.path, options or ReadOptions()):
-            if isinstance(found, PlanError):
-                yield PlanError(file.named_anew(str(found)))
-                continue
-            building = manifest.building_of(found.plan_id) if manifest is not None else None
-            yield replace(found, building=building or found.building, source=file.source_of(found.source))
+        manifest = find_manifest(file)
+        for found in reader.read(file.path, given):
+            yield _finished(found, file, manifest, given)
     except PlanError as problem:
         raise PlanError(file.named_anew(str(problem))) from problem
     except MemoryError as problem:
@@ -168,6 +166,22 @@ def read_plans(
             f"{file.original}: the reader {reader.name} failed ({type(problem).__name__}: {str(problem)[:200]}), "
             "which is its fault. Please report it with the file."
         ) from problem
+
+
+def _finished(
+    found: FloorPlan | GridPlan | PlanError, file: SourceFile, manifest: Manifest | None, options: ReadOptions
+) -> FloorPlan | GridPlan | PlanError:
+    """Return what a reader found as a person knows it: with the building and source of the file, and without paper."""
+    if isinstance(found, PlanError):
+        return PlanError(file.named_anew(str(found)))
+    building = manifest.building_of(found.plan_id) if manifest is not None else None
+    plan = replace(found, building=building or found.building, source=file.source_of(found.source))
+    if not options.paper or not isinstance(plan, GridPlan):
+        return plan
+    try:
+        return without_paper(plan)
+    except PlanError as problem:
+        return problem
 
 
 def _classify(file: SourceFile, named: Reader | None, *, alone: bool) -> Classified:

@@ -31,7 +31,7 @@ NOTE = "hinterland"
 
 _MASK = re.compile(r"[._-](keepout|nogo|limit|localization|groundtruth)$", re.IGNORECASE)
 _NAMED = re.compile(r"""\bimage["']?\s*:\s*["']?([^"'\n\r,}#]+)""")
-_BEGINNINGS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff", b"GIF8", b"II*\x00", b"MM\x00*")
+_BEGINNINGS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff", b"GIF8", b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+")
 _PORTABLE = re.compile(rb"P[1-6][ \t\r\n#]")
 _PARTS_OF_OTHERS = ("floor_info.json", "geojson_map.json")  # beside these a picture shows what they describe
 

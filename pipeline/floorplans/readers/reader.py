@@ -15,7 +15,9 @@ class ReadOptions:
 
     metres_per_unit: size of a pixel or drawing unit [m]; needed where the format has no scale, refused by readers
     whose format states it. invert: dark pixels are free. free_thresh, occupied_thresh: a pixel whose darkness (0
-    white to 1 black, after ``invert``) is below the first is free, above the second occupied, between them unknown.
+    white to 1 black, after ``invert``) is below the first is free, above the second occupied, between them unknown;
+    by default as in ROS, where grey 205 is unknown. paper: in grids, free space around the house that reaches the
+    border is paper, and no floor: see `pipeline.floorplans.paper`.
     door_width_m: width cut for doors that the file gives without one [m]. wall_m: thickness of walls drawn as lines
     [m]. levels: read only these floors of a file; empty reads all. wall_layers, door_layers: names, with * and ?, of
     the layers or classes of a drawing that hold walls and doors; empty takes the reader's own list.
@@ -23,8 +25,9 @@ class ReadOptions:
 
     metres_per_unit: float | None = None
     invert: bool = False
-    free_thresh: float = 0.25
+    free_thresh: float = 0.196
     occupied_thresh: float = 0.65
+    paper: bool = False
     door_width_m: float = 0.9
     wall_m: float = 0.1
     levels: tuple[str, ...] = ()

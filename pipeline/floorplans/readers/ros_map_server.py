@@ -10,8 +10,12 @@ grey / 255 with ``negate: 1``; above ``occupied_thresh`` it is occupied, below `
 ``origin`` is the pose of the lower-left pixel: x, y [m], yaw [rad]. Picture row 0 is the top, so rows are turned over.
 A yaw within 1 degree of a quarter turn is rounded to it and the grid is turned; any other yaw is refused, because
 turning a grid by it would resample the walls.
+
+Masks have a YAML of their own, but no floor: where a robot must not go, or only slowly, is drawn over a map that lies
+beside it. Their names say so: keepout, nogo, limit or mask, after an underscore, a point or alone.
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees, isfinite, pi
@@ -31,6 +35,7 @@ _QUARTER = pi / 2
 _YAW_TOLERANCE_DEG = 1.0
 _LARGEST_YAW = 1e3  # beyond, a float does not tell quarter turns apart for long
 _MODES = ("trinary", "scale", "raw")
+_MASK = re.compile(r"(^|[._-])(keepout|nogo|limit|mask)$", re.IGNORECASE)
 # The thresholds of a file that states none: grey 205 (p = 0.19608) is unknown; with 0.25, as some tools write, free.
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 _MOST_BYTES = 50_000  # of the YAML, which has some 200
@@ -73,10 +78,11 @@ class RosMapServer:
         return isinstance(content, dict) and "image" in content
 
     def accompanies(self, path: Path) -> bool:
-        """Return whether ``path`` is a YAML file without an image beside maps: their doors, places, connections."""
-        if path.suffix.lower() not in (".yaml", ".yml") or self.sniff(path):
+        """Return whether ``path`` is a mask of a map beside it, or a YAML file with its doors, places, connections."""
+        if path.suffix.lower() not in (".yaml", ".yml") or (self.sniff(path) and not _MASK.search(path.stem)):
             return False
-        return any(self.sniff(other) for other in path.parent.glob(f"*{path.suffix}"))
+        others = (other for other in path.parent.glob(f"*{path.suffix}") if not _MASK.search(other.stem))
+        return any(self.sniff(other) for other in others)
 
     def read(self, path: Path, options: ReadOptions) -> Iterator[FloorPlan | GridPlan | PlanError]:
         """Yield the one plan of the map; see `Reader.read`. The YAML states scale and thresholds: no option is used."""

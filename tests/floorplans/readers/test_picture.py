@@ -21,7 +21,7 @@ def png(width: int, height: int, body: bytes = b"") -> bytes:
     return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(body)) + chunk(b"IEND", b"")
 
 
-@pytest.mark.parametrize("name", ["a.png", "a.pgm", "a.bmp", "a.gif"])
+@pytest.mark.parametrize("name", ["a.png", "a.pgm", "a.bmp", "a.gif", "a.tif"])
 def test_grey_pictures_come_back_as_they_were(tmp_path, name):
     Image.fromarray(L).save(tmp_path / name)
     grey = read_picture(tmp_path / name)
@@ -58,7 +58,7 @@ def test_a_palette_may_have_a_transparent_colour(tmp_path):
     assert read_picture(tmp_path / "a.gif").transparent.tolist() == [[True, False]]
 
 
-@pytest.mark.parametrize("name", ["a.png", "a.pgm"])
+@pytest.mark.parametrize("name", ["a.png", "a.pgm", "a.tif"])
 @pytest.mark.parametrize("values", [[0, 32768, 65535], [0, 1, 200]])
 def test_sixteen_bits_are_scaled_however_dark_the_picture(tmp_path, name, values):
     Image.fromarray(np.array([values], dtype=np.uint16)).save(tmp_path / name)

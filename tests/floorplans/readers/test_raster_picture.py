@@ -32,7 +32,7 @@ def read(path: Path, **options) -> GridPlan:
     return plan
 
 
-@pytest.mark.parametrize("name", ["lab.furnished.png", "lab.furnished.pgm", "lab.furnished.bmp", "lab.furnished.gif"])
+@pytest.mark.parametrize("name", ["lab.furnished.png", "lab.furnished.pgm", "lab.furnished.bmp", "lab.furnished.tif"])
 def test_a_picture_is_turned_over_not_mirrored(tmp_path, name):
     drawn = cells_of(tuple(line.replace("d", ".").replace("c", "#") for line in ELL))
     plan = read(write(tmp_path / name, np.where(drawn[::-1] == FREE, 255, 0).astype(np.uint8)))
@@ -48,10 +48,11 @@ def test_white_is_free_black_occupied_and_grey_unknown(tmp_path):
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
-        ({}, [0, 0, 2, 2, 1, 1]),
-        ({"invert": True}, [1, 1, 2, 2, 0, 0]),
+        ({}, [0, 2, 2, 2, 1, 1]),
+        ({"invert": True}, [1, 1, 2, 2, 2, 0]),
+        ({"free_thresh": 0.25}, [0, 0, 2, 2, 1, 1]),
         ({"free_thresh": 0.1}, [0, 2, 2, 2, 1, 1]),
-        ({"occupied_thresh": 0.5}, [0, 0, 2, 1, 1, 1]),
+        ({"occupied_thresh": 0.5}, [0, 2, 2, 1, 1, 1]),
         ({"free_thresh": 0.5, "occupied_thresh": 0.5}, [0, 0, 0, 1, 1, 1]),
         ({"invert": True, "free_thresh": 0.1}, [1, 1, 2, 2, 2, 0]),
     ],
@@ -59,6 +60,27 @@ def test_white_is_free_black_occupied_and_grey_unknown(tmp_path):
 def test_thresholds_and_inversion(tmp_path, options, expected):
     shades = np.array([[255, 205, 150, 100, 50, 0]], dtype=np.uint8)
     assert read(write(tmp_path / "a.png", shades), **options).cells.tolist() == [expected]
+
+
+def test_the_grey_that_robots_leave_unseen_is_unknown_and_scanned_paper_free(tmp_path):
+    shades = np.array([[255, 254, 230, 206, 205, 0]], dtype=np.uint8)
+    assert read(write(tmp_path / "a.png", shades)).cells.tolist() == [[FREE] * 4 + [UNKNOWN, OCCUPIED]]
+
+
+@pytest.mark.parametrize(
+    "saved",
+    [
+        {},
+        {"compression": "tiff_lzw"},
+        {"big_tiff": True},
+        {"save_all": True, "append_images": [Image.new("L", (3, 2))]},
+    ],
+)
+def test_tiff_is_found_by_its_content_and_its_first_page_is_read(tmp_path, saved):
+    Image.fromarray(GREYS).save(tmp_path / "scan.tiff", **saved)
+    (tmp_path / "scan.tiff").rename(tmp_path / "scan")
+    (plan,) = read_plan_file(tmp_path / "scan", options=ReadOptions(metres_per_unit=0.05))
+    assert plan.cells.tolist() == BELOW
 
 
 def test_transparent_pixels_are_unknown_also_when_inverted(tmp_path):

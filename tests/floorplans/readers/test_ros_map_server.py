@@ -206,6 +206,22 @@ def test_the_picture_and_other_yaml_accompany_a_map(tmp_path):
     assert [name for name, reader in READERS.items() if reader.sniff(path)] == ["ros_map_server"]
 
 
+@pytest.mark.parametrize("mask", ["map_keepout", "map-nogo", "other.limit", "keepout_mask", "mask", "Map_KeepOut"])
+def test_a_mask_accompanies_a_map_and_is_read_where_there_is_none(tmp_path, mask):
+    write_map(tmp_path, GREYS).rename(tmp_path / f"{mask}.yaml")
+    alone = lone_file(tmp_path / f"{mask}.yaml")
+    assert [entry.role for entry in classify([alone])] == [PLAN]
+    write_map(tmp_path, GREYS)
+    assert [entry.role for entry in classify([alone, lone_file(tmp_path / "map.yaml")])] == [COMPANION, PLAN]
+
+
+@pytest.mark.parametrize("name", ["no_limits", "masked", "map_localization", "nogood"])
+def test_a_map_with_another_name_is_no_mask(tmp_path, name):
+    write_map(tmp_path, GREYS).rename(tmp_path / f"{name}.yaml")
+    write_map(tmp_path, GREYS)
+    assert not RosMapServer().accompanies(tmp_path / f"{name}.yaml")
+
+
 @pytest.mark.parametrize(
     "content", [b"", b"\xff\xfe", b"[" * 40_000, b"image: 2024-13-45", b"- image: a", b"a" * 60_000]
 )
@@ -218,7 +234,8 @@ def test_foreign_files_are_not_taken_for_maps(tmp_path, content):
 def test_real_maps_lie_where_their_origin_says():
     with plan_files("ros_slam_maps") as entries:
         maps = [entry for entry in entries if entry.reader.name == "ros_map_server"]
-        assert len(maps) > 20
+        assert len(maps) > 15
+        assert not any("nogo" in entry.file.name for entry in maps)
         for entry in maps[::7]:
             (plan,) = read_entry(entry)
             assert 0.02 <= plan.resolution <= 0.25
