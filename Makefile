@@ -32,8 +32,11 @@ test: setup  ## every check and every test
 	$(BIN)/lint-imports
 	$(BIN)/python -m pytest -q -n 2
 
-bench: setup  ## time the kernels and whole trials
-	$(BIN)/python -m pytest -q -s -n 0 --benchmark-enable --benchmark-only benchmarks
+bench: setup  ## time kernels and whole trials beside public packages, and against the committed baseline: 15 minutes
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -q -n 0 --benchmark-enable --benchmark-only \
+		--benchmark-columns=min,median,rounds --benchmark-json=benchmarks/.raw.json benchmarks
+	$(BIN)/python -m benchmarks.compare
 
 ui: setup  ## open the MLflow dashboard on http://127.0.0.1:5000
 	MLFLOW_SERVER_ENABLE_JOB_EXECUTION=false $(BIN)/mlflow server --host 127.0.0.1 --port 5000 --workers 1 \

@@ -46,7 +46,7 @@ def rivals(figures: dict[str, Any]) -> Table:
             continue
         base = members[ours]["median_s"]
         others = [f"{_label(name)} {each['median_s'] / base:.2g}" for name, each in members.items() if name != ours]
-        table.add_row(group, f"{_label(ours)} {_time(base)}", ", ".join(others))
+        table.add_row(group, f"{_label(ours)} {format_time(base)}", ", ".join(others))
     return table
 
 
@@ -61,7 +61,11 @@ def against(latest: dict[str, Any], baseline: dict[str, Any]) -> Table:
     for name in sorted(shared):
         ratio = new[name]["median_s"] / old[name]["median_s"]
         table.add_row(
-            name, _time(new[name]["median_s"]), _time(old[name]["median_s"]), f"{ratio:.2f}", f"{ratio / pace:.2f}"
+            name,
+            format_time(new[name]["median_s"]),
+            format_time(old[name]["median_s"]),
+            f"{ratio:.2f}",
+            f"{ratio / pace:.2f}",
         )
     return table
 
@@ -73,7 +77,7 @@ def _label(name: str) -> str:
     return name.partition("[")[2].rstrip("]").split("-")[-1] if "[" in name else name.partition("::")[2]
 
 
-def _time(seconds: float) -> str:
+def format_time(seconds: float) -> str:
     for unit, scale in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
         if seconds >= scale:
             return f"{seconds / scale:.3g} {unit}"

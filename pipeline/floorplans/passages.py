@@ -22,6 +22,7 @@ _TURN, _RIGHT_TURN = 0.2, 1.0  # least angles [rad] of half a right turn and of 
 _MANY_STAIRS, _STAIR_M = 1_000, 0.5  # right turns between sides so short: moved at once they take minutes
 _MOST_CORNERS = 20_000
 _STAIR_CELLS = 400_000
+_MOST_CROSSINGS = 4_000_000  # of sides with rows, at a time
 _SIDES_A_STEP = 1.5
 _MOST_STEPS = 200
 _CLEAR = 0.02  # what steps say of a reach this close to the one that is needed is not trusted
@@ -101,9 +102,30 @@ def _passage_width_on_cells(free: Area) -> float | None:
     """Return the width of the passages [m], to the side of a cell: 1 cm, or more where that made too many of them."""
     low_x, low_y, high_x, high_y = free.bounds
     cell = max(_PRECISION_M, sqrt((high_x - low_x) * (high_y - low_y) / _STAIR_CELLS))
-    x, y = np.meshgrid(np.arange(low_x + cell / 2, high_x, cell), np.arange(low_y + cell / 2, high_y, cell))
-    shapely.prepare(free)
-    return grid_passage_width(shapely.contains_xy(free, x, y), cell)
+    return grid_passage_width(_covered(free, cell), cell)
+
+
+def _covered(free: Area, cell: float) -> Mask:
+    """Return the cells of the side ``cell`` [m] whose middle lies in ``free``: [rows, cols], over its bounds.
+
+    A side of the outline turns all cells to its right over, in each row whose middle line it meets. (Asking for every
+    cell whether it lies within takes minutes where thousands of sides run past each row.)
+    """
+    low_x, low_y, high_x, high_y = free.bounds
+    rows, cols = (ceil((high - low) / cell) for low, high in ((low_y, high_y), (low_x, high_x)))
+    corners, ring = shapely.get_coordinates(shapely.get_rings(shapely.get_parts(free)), return_index=True)
+    x, y = ((corners - (low_x, low_y)) / cell - 0.5).T
+    sides = np.stack([x[:-1], y[:-1], x[1:], y[1:]])[:, ring[:-1] == ring[1:]]
+    turns = np.zeros(rows * (cols + 1), dtype=np.int64)
+    for part in np.array_split(sides, ceil(sides.shape[1] * rows / _MOST_CROSSINGS), axis=1):
+        x0, y0, x1, y1 = part
+        first, stop = (np.ceil(end(y0, y1)).astype(np.int64).clip(0, rows) for end in (np.minimum, np.maximum))
+        count = stop - first
+        side = np.repeat(np.arange(count.size), count)
+        row = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)
+        met = x0[side] + (row - y0[side]) * ((x1 - x0)[side] / (y1 - y0)[side])
+        turns += np.bincount(row * (cols + 1) + np.ceil(met).astype(np.int64).clip(0, cols), minlength=turns.size)
+    return np.asarray(turns.reshape(rows, -1).cumsum(axis=1)[:, :cols] % 2 == 1)
 
 
 def _side_of_contour(free: Area) -> float | None:

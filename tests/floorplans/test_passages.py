@@ -90,6 +90,27 @@ def test_an_outline_of_very_many_corners_is_measured_in_time():
     assert time.process_time() - began < 5
 
 
+def test_a_comb_of_thousands_of_teeth_is_measured_in_time():
+    teeth = [[x / 100, y] for k in range(10_000) for x, y in ((2 * k, 0), (2 * k, 50), (2 * k + 1, 50), (2 * k + 1, 0))]
+    began = time.process_time()
+    assert passage_width(shapely.Polygon([*teeth, [200, -5], [0, -5]])) is not None
+    assert time.process_time() - began < 5
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_cells_are_covered_where_their_middle_lies_in_the_floor(seed, monkeypatch):
+    rng = np.random.default_rng(seed)
+    blobs = [
+        shapely.Point(*at).buffer(size)
+        for at, size in zip(rng.uniform(0, 9, (9, 2)), rng.uniform(0.3, 2, 9), strict=True)
+    ]
+    floor = shapely.unary_union(blobs[:6]) - shapely.unary_union(blobs[6:])
+    monkeypatch.setattr(passages, "_MOST_CROSSINGS", 1000)
+    found = passages._covered(floor, 0.13)
+    x, y = (np.arange(count) * 0.13 + 0.065 for count in found.shape[::-1])
+    assert np.array_equal(found, shapely.contains_xy(floor, *np.meshgrid(x + floor.bounds[0], y + floor.bounds[1])))
+
+
 @pytest.mark.parametrize("margin", [(0, 0), (40, 7)])
 @pytest.mark.parametrize("seed", range(4))
 def test_the_short_cuts_on_cells_change_no_answer(seed, margin):
