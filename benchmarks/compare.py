@@ -12,6 +12,7 @@ from statistics import geometric_mean
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 HERE = Path(__file__).parent
@@ -61,7 +62,7 @@ def against(latest: dict[str, Any], baseline: dict[str, Any]) -> Table:
     for name in sorted(shared):
         ratio = new[name]["median_s"] / old[name]["median_s"]
         table.add_row(
-            name,
+            escape(name),
             format_time(new[name]["median_s"]),
             format_time(old[name]["median_s"]),
             f"{ratio:.2f}",

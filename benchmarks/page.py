@@ -4,7 +4,6 @@ The text of the page is written by hand; what stands between ``<!-- name -->`` a
 """
 
 import json
-import re
 from collections.abc import Callable, Iterable, Sequence
 from statistics import median
 from typing import Any
@@ -17,6 +16,7 @@ from pipeline.reports.style import BLUE, GREEN, INK, MUTED, ORANGE, dress, new_f
 
 DOCS = HERE.parent / "docs"
 PAGE = DOCS / "benchmarks.md"
+END = "<!-- end -->"
 PLOTS = DOCS / "images" / "bench-growth.png"
 SOLVERS = ("hinterland", "scipy csgraph", "scikit-image MCP", "dijkstra3d", "scikit-fmm")
 ENVIRONMENTS = ("maze", "office", "campus", "floors", "fine floors")
@@ -26,9 +26,13 @@ Figures = dict[str, Any]
 
 def main() -> None:
     """Replace the tables of the page and draw its plots."""
-    bench, growth, profile = (
-        json.loads((HERE / name).read_text(encoding="utf-8")) for name in (BASELINE.name, "growth.json", "profile.json")
-    )
+    write_text(PAGE, filled(PAGE.read_text(encoding="utf-8")))
+    _draw(_committed("growth.json"))
+
+
+def filled(text: str) -> str:
+    """Return the text of the page with the tables of the committed figures."""
+    bench, growth = _committed(BASELINE.name), _committed("growth.json")
     figures = bench["figures"]
     blocks = {
         "machine": _machine(bench["machine"]),
@@ -37,15 +41,17 @@ def main() -> None:
         "kernels": _kernels(figures),
         "trials": _trials(figures),
         "plans": _plans(growth["plans"]),
-        "profile": _profile(profile),
+        "profile": _profile(_committed("profile.json")),
     }
-    text = PAGE.read_text(encoding="utf-8")
     for name, block in blocks.items():
-        marks = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-        assert marks.search(text), f"{PAGE.name} has no place for {name}"
-        text = marks.sub(lambda found, block=block: f"{found[1]}{block}\n{found[2]}", text)
-    write_text(PAGE, text)
-    _draw(growth)
+        head, mark, rest = text.partition(f"<!-- {name} -->\n")
+        assert mark, f"{PAGE.name} has no place for {name}"
+        text = f"{head}{mark}{block}\n{rest[rest.index(END) :]}"
+    return text
+
+
+def _committed(name: str) -> Any:
+    return json.loads((HERE / name).read_text(encoding="utf-8"))
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
