@@ -1,7 +1,7 @@
-"""How cost grows: python -m benchmarks.growth FILE.json [--plans 10000]
+"""How cost grows: python -m benchmarks.growth FILE.json [--plans 10000] [--trials 1000]
 
 Time for one step against the area of the map, the number of subgoals and the number of beams; time and memory of a
-harvest against the number of plans. One thread; the harvest with two workers, by the stages that users run.
+harvest against the number of plans, and of an evaluation, with one worker and with two, by the stages that users run.
 """
 
 import argparse
@@ -61,16 +61,16 @@ def by_area() -> Points:
     for columns, rows in ((3, 4), (6, 8), (9, 12), (12, 16), (18, 24), (24, 32)):
         trials = [draw_maze(index, MazeShape(columns=columns, rows=rows)) for index in range(4)]
         for who in ("optimistic", "subgoals"):
-            for trial in trials[:1] + trials:  # the first one warms up
+            for place, trial in enumerate(trials[:1] + trials):
                 planner = (
                     OptimisticPlanner()
                     if who == "optimistic"
                     else SubgoalPlanner(estimator=PerfectEstimator(trial.world))
                 )
                 episode = run_trial(*trial, planner, lidar=lidar, step_m=0.54, rng=np.random.default_rng(0))
-                points.append(
-                    {"planner": who, "cells": trial.world.blocked.size, "ms": 1e3 * episode.seconds / episode.steps}
-                )
+                if place:  # the first one warms up
+                    ms = 1e3 * episode.seconds / episode.steps
+                    points.append({"planner": who, "cells": trial.world.blocked.size, "ms": ms})
     return points
 
 
@@ -78,9 +78,9 @@ def by_subgoals() -> Points:
     """Return ms for a decision by number of subgoals around, where furniture breaks up every frontier."""
     lidar = make_lidar(beams=1024, input_beams=256, max_range_m=12.0)
     found: dict[int, list[float]] = {}
-    for index in range(4):
+    for index in range(24):
         trial = draw_generated("campus", index, clutter_per_m2=0.12)
-        for _ in range(2):
+        for _ in range(1 if index else 2):  # the first one warms up
             timed = Timed(SubgoalPlanner(estimator=PerfectEstimator(trial.world), max_subgoals=12))
             run_trial(*trial, timed, lidar=lidar, step_m=0.54, rng=np.random.default_rng(0))
         for seconds, subgoals in zip(timed.seconds, timed.subgoals, strict=True):
@@ -110,37 +110,34 @@ def by_plans(most: int) -> Points:
     """Return seconds and the memory of the largest process of a harvest of so many mazes, with one and two workers."""
     points: Points = []
     for plans in [count for count in (10, 100, 1000, 10_000, 100_000) if count <= most]:
-        for workers in (1, 2) if plans >= 100 else (1,):
-            with tempfile.TemporaryDirectory() as folder:
-                counts = [f"plans.counts.train={plans}", "plans.counts.validation=1", "plans.counts.test=1"]
-                given = ["experiment=demo", f"artifacts={folder}", "tracking=off", "execution.progress=false", *counts]
-                for stage in ("plans", "rasterize"):
-                    run_stage(stage, [*given, "execution.workers=2"])
-                began = time.perf_counter()
-                memory = run_stage("harvest", [*given, f"execution.workers={workers}"])
-                points.append(
-                    {"plans": plans, "workers": workers, "seconds": time.perf_counter() - began, "mb": memory}
-                )
-                print(points[-1], flush=True)
+        with tempfile.TemporaryDirectory() as folder:
+            counts = [f"plans.counts.train={plans}", "plans.counts.validation=1", "plans.counts.test=1"]
+            given = ["experiment=demo", f"artifacts={folder}", "tracking=off", "execution.progress=false", *counts]
+            for stage in ("plans", "rasterize"):
+                run_stage(stage, [*given, "execution.workers=2"])
+            points += [{"plans": plans, **each} for each in by_workers("harvest", Path(folder), given)]
+            print(points[-2:], flush=True)
     return points
 
 
-def by_workers() -> Points:
-    """Return seconds of the demo's harvest and evaluation with one and with two workers, by turns."""
-    points: Points = []
+def by_trials(most: int) -> Points:
+    """Return the same of an evaluation of so many trials, by a network that was trained for a moment."""
     with tempfile.TemporaryDirectory() as folder:
         given = ["experiment=demo", f"artifacts={folder}", "tracking=off", "execution.progress=false"]
-        given += ["plans.counts.train=400", "plans.counts.test=200", "train.steps=1500", "train.validate_every=250"]
-        for stage in ("plans", "rasterize", "harvest", "train", "evaluate"):
-            run_stage(stage, given)
-        for _ in range(3):
-            for workers in (1, 2):
-                for stage in ("harvest", "evaluate"):
-                    shutil.rmtree(Path(folder) / stage)
-                    began = time.perf_counter()
-                    memory = run_stage(stage, [*given, f"execution.workers={workers}"])
-                    seconds = time.perf_counter() - began
-                    points.append({"stage": stage, "workers": workers, "seconds": seconds, "mb": memory})
+        given += ["plans.counts.train=100", f"plans.counts.test={most}", "train.steps=1500", "train.validate_every=250"]
+        for stage in ("plans", "rasterize", "harvest", "train"):
+            run_stage(stage, [*given, "execution.workers=2"])
+        return [{"trials": most, **each} for each in by_workers("evaluate", Path(folder), given)]
+
+
+def by_workers(stage: str, folder: Path, given: list[str]) -> Points:
+    """Return seconds and memory of a stage with one worker and with two, its start and its end included."""
+    points: Points = []
+    for workers in (1, 2):
+        shutil.rmtree(folder / stage, ignore_errors=True)
+        began = time.perf_counter()
+        memory = run_stage(stage, [*given, f"execution.workers={workers}"])
+        points.append({"workers": workers, "seconds": time.perf_counter() - began, "mb": memory})
     return points
 
 
@@ -185,13 +182,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("target", type=Path)
     parser.add_argument("--plans", type=int, default=1000, help="largest number of plans to harvest")
+    parser.add_argument("--trials", type=int, default=200, help="number of trials to evaluate")
     given = parser.parse_args()
     found: dict[str, Any] = {"machine": machine()}
     for name, measure in (("area", by_area), ("subgoals", by_subgoals), ("beams", by_beams)):
         found[name] = measure()
         print(name, found[name], flush=True)
-    found["workers"] = by_workers()
-    print("workers", found["workers"], flush=True)
+    found["trials"] = by_trials(given.trials)
+    print("trials", found["trials"], flush=True)
     found["plans"] = by_plans(given.plans)
     given.target.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 

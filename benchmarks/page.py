@@ -40,7 +40,7 @@ def filled(text: str) -> str:
         "fields": _fields(figures),
         "kernels": _kernels(figures),
         "trials": _trials(figures),
-        "plans": _plans(growth["plans"]),
+        "stages": _stages(growth),
         "profile": _profile(_committed("profile.json")),
     }
     for name, block in blocks.items():
@@ -97,11 +97,10 @@ def _goals(figures: Figures, growth: dict[str, Any]) -> str:
         ("order of 12 subgoals [ms]", "at most 0.5", more("ms", "ordering", "order", "12")),
         ("order of 20 subgoals [ms]", "at most 300", more("ms", "ordering", "order", "20")),
         ("estimates of 12 subgoals [ms]", "at most 0.2", more("ms", "estimates", "estimate", "12", "hinterland")),
-        ("harvest, two workers over one", "at least 1.9", _speedup(growth["workers"], "harvest")),
-        ("evaluation, two workers over one", "at least 1.9", _speedup(growth["workers"], "evaluate")),
+        ("harvest of the most plans below, two workers over one", "at least 1.9", _speedup(growth["plans"])),
+        ("evaluation, two workers over one", "at least 1.9", _speedup(growth["trials"])),
         ("memory of the largest process of a harvest [MB]", "at most 500", max(p["mb"] for p in growth["plans"])),
-        ("memory of the largest process of an evaluation [MB]", "at most 500",
-         max(p["mb"] for p in growth["workers"] if p["stage"] == "evaluate")),
+        ("memory of the largest process of an evaluation [MB]", "at most 500", max(p["mb"] for p in growth["trials"])),
         ("Lightning over a bare loop of torch", "at most 1.1", training["ratio"]),
     ]  # fmt: skip
     return _table(
@@ -114,11 +113,9 @@ def _met(goal: str, got: float) -> str:
     return "met" if (got >= bound if goal.startswith("at least") else got <= bound) else "**missed**"
 
 
-def _speedup(points: list[dict[str, Any]], stage: str) -> float:
-    one, two = (
-        median(p["seconds"] for p in points if p["stage"] == stage and p["workers"] == count) for count in (1, 2)
-    )
-    return one / two
+def _speedup(points: list[dict[str, Any]]) -> float:
+    one, two = points[-2:]
+    return float(one["seconds"] / two["seconds"])
 
 
 def _fields(figures: Figures) -> str:
@@ -182,12 +179,19 @@ def _trials(figures: Figures) -> str:
     return _table(("setting", "cells", "decisions", "optimistic", "learned", "true labels", "harvest"), rows)
 
 
-def _plans(points: list[dict[str, Any]]) -> str:
+def _stages(growth: dict[str, Any]) -> str:
     rows = [
-        (f"{p['plans']:,}", p["workers"], f"{p['seconds']:.1f}", f"{p['plans'] / p['seconds']:.1f}", f"{p['mb']:.0f}")
-        for p in points
+        (
+            f"{stage}, {p[unit]:,} {unit}",
+            p["workers"],
+            f"{p['seconds']:.1f}",
+            f"{p[unit] / p['seconds']:.1f}",
+            f"{p['mb']:.0f}",
+        )
+        for stage, unit in (("harvest", "plans"), ("evaluation", "trials"))
+        for p in growth[unit]
     ]
-    return _table(("plans", "workers", "seconds", "plans/s", "largest process [MB]"), rows)
+    return _table(("stage", "workers", "seconds", "per second", "largest process [MB]"), rows)
 
 
 def _profile(profile: dict[str, dict[str, float]]) -> str:
@@ -223,8 +227,8 @@ def _by_area(axes: Axes, points: list[dict[str, Any]]) -> None:
 
 
 def _by_subgoals(axes: Axes, points: list[dict[str, Any]]) -> None:
-    seen = [p for p in points if p["decisions"] >= 10]
-    axes.plot([p["subgoals"] for p in seen], [p["ms"] for p in seen], "o-", color=GREEN)
+    seen = [p for p in points if p["decisions"] >= 20]
+    axes.plot([p["subgoals"] for p in seen], [p["ms"] for p in seen], "o", color=GREEN)
     axes.set_ylim(bottom=0)
     dress(
         axes, x="subgoals around the robot", y="time for a decision [ms]", title="Decisions on furnished campus floors"

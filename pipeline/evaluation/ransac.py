@@ -15,7 +15,7 @@ INLIER_SHARE = 0.95
 MAX_HYPOTHESES = 1_000
 # Each step lowers the trimmed sum of squares over finitely many subsets, so it ends long before this.
 _MAX_STEPS = 100
-_BLOCK_CELLS = 2_000_000
+_BLOCK_CELLS = 500_000
 
 
 class OriginLine(NamedTuple):

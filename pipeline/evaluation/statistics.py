@@ -13,7 +13,7 @@ CONFIDENCE = 0.95
 # Costs are sums of a few hundred step lengths: equal drives differ by rounding only, far below this.
 TIE_TOLERANCE = 1e-9
 CLEAR_LOSS = 0.10
-_BLOCK_CELLS = 2_000_000
+_BLOCK_CELLS = 500_000
 
 
 class Interval(NamedTuple):

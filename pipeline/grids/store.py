@@ -54,6 +54,26 @@ class GridRecord(NamedTuple):
     robot_radius_m: float
 
 
+class PackedWorld(NamedTuple):
+    """A row of the table, cells still compressed: thousands of them fit into memory and travel to workers cheaply."""
+
+    plan_id: str
+    row: dict[str, Any]
+
+    def unpack(self) -> GridRecord:
+        """Return the map."""
+        row = self.row
+        cells = np.frombuffer(zlib.decompress(row["cells"]), dtype=np.uint8).reshape(row["rows"], row["cols"]).copy()
+        return GridRecord(
+            plan_id=row["plan_id"],
+            building=row["building"],
+            environment=row["environment"],
+            split=row["split"],
+            grid=OccupancyGrid(cells, row["resolution_m"], Point(row["origin_x_m"], row["origin_y_m"])),
+            robot_radius_m=row["robot_radius_m"],
+        )
+
+
 class Pair(NamedTuple):
     """A start and a goal on one plan. known_map_m: shortest travel distance in the true inflated map [m]."""
 
@@ -81,14 +101,19 @@ def write_pairs(folder: Path, pairs: Iterable[Pair]) -> Path:
     return path
 
 
-def read_worlds(folder: Path, split: str | None = None) -> list[GridRecord]:
-    """Return the maps of ``split``, or all, in the order of the table.
+def read_packed_worlds(folder: Path, split: str | None = None) -> list[PackedWorld]:
+    """Return the maps of ``split``, or all, in the order of the table, to be unpacked where they are needed.
 
     Raises:
         TableError: the table is missing, unreadable or of another version.
     """
     table = read_table(folder / "grids.parquet", GRIDS, stage="rasterize")
-    return [_grid_record(row) for row in _rows_of(table, split)]
+    return [PackedWorld(row["plan_id"], row) for row in _rows_of(table, split)]
+
+
+def read_worlds(folder: Path, split: str | None = None) -> list[GridRecord]:
+    """Return the same unpacked."""
+    return [packed.unpack() for packed in read_packed_worlds(folder, split)]
 
 
 def read_pairs(folder: Path, split: str | None = None) -> list[Pair]:
@@ -121,18 +146,6 @@ def _grid_row(record: GridRecord) -> dict[str, Any]:
         "origin_y_m": record.grid.origin.y,
         "cells": zlib.compress(record.grid.cells.tobytes()),
     }
-
-
-def _grid_record(row: dict[str, Any]) -> GridRecord:
-    cells = np.frombuffer(zlib.decompress(row["cells"]), dtype=np.uint8).reshape(row["rows"], row["cols"]).copy()
-    return GridRecord(
-        plan_id=row["plan_id"],
-        building=row["building"],
-        environment=row["environment"],
-        split=row["split"],
-        grid=OccupancyGrid(cells, row["resolution_m"], Point(row["origin_x_m"], row["origin_y_m"])),
-        robot_radius_m=row["robot_radius_m"],
-    )
 
 
 def _pair_row(pair: Pair) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from pipeline.evaluation.trials import (
 from pipeline.files import write_json, write_table
 from pipeline.grids.distances import NOWHERE
 from pipeline.grids.occupancy import center_of
-from pipeline.grids.store import GridRecord, Pair, read_pairs, read_worlds
+from pipeline.grids.store import PackedWorld, Pair, read_packed_worlds, read_pairs
 from pipeline.planning.protocols import Estimator
 from pipeline.randomness import stream
 from pipeline.simulation.lidar import make_lidar
@@ -81,7 +81,7 @@ class _Task:
     """One unit's work: pairs, the plans they lie in, and how many of the pairs are recorded."""
 
     pairs: Sequence[Pair]
-    worlds: dict[str, GridRecord]
+    worlds: dict[str, PackedWorld]
     recorded: int
 
 
@@ -150,7 +150,7 @@ def _tasks(source: Path, config: EvaluateConfig) -> list[_Task]:
             f"{source / 'pairs.parquet'}: no start-goal pairs in the split {config.split!r}, expected at least one. "
             "Raise the share or count of its plans in conf/rasterize or conf/plans, or change evaluate.split."
         )
-    worlds = {record.plan_id: record for record in read_worlds(source, config.split)}
+    worlds = {world.plan_id: world for world in read_packed_worlds(source, config.split)}
     tasks = []
     for first in range(0, len(pairs), config.pairs_per_unit):
         block = pairs[first : first + config.pairs_per_unit]
@@ -163,7 +163,7 @@ def _run_unit(scratch: Path, task: _Task, *, settings: _Settings) -> None:
     rows: dict[str, list[Any]] = {name: [] for name in TABLES}
     learned = LearnedEstimator.load(settings.network) if "learned" in settings.evaluate.planners else None
     radius = settings.robot.radius_m
-    worlds = {name: make_world(name, record.grid, radius) for name, record in task.worlds.items()}
+    worlds = {name: make_world(name, packed.unpack().grid, radius) for name, packed in task.worlds.items()}
     for index, pair in enumerate(task.pairs):
         world = worlds[pair.plan_id]
         drives = _drive_pair(pair, world, learned, settings)

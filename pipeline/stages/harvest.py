@@ -10,7 +10,7 @@ from omegaconf import DictConfig
 from pipeline.datums import Datum, digest, shard_path, stack, summarise, write_shard
 from pipeline.errors import TableError
 from pipeline.files import write_json
-from pipeline.grids.store import GridRecord, Pair, read_pairs, read_worlds
+from pipeline.grids.store import PackedWorld, Pair, read_packed_worlds, read_pairs
 from pipeline.randomness import stream
 from pipeline.simulation.lidar import make_lidar
 from pipeline.simulation.world import make_world
@@ -56,7 +56,7 @@ class _Task:
     """One shard's work: pairs and the plans they lie in."""
 
     pairs: Sequence[Pair]
-    worlds: dict[str, GridRecord]
+    worlds: dict[str, PackedWorld]
 
 
 def harvest(raw: DictConfig) -> StageResult:
@@ -96,7 +96,7 @@ def _tasks(source: Path, split: str, size: int) -> list[_Task]:
             f"Raise the share or count of {split} plans in conf/rasterize or conf/plans, or take it out of "
             "harvest.splits."
         )
-    worlds = {record.plan_id: record for record in read_worlds(source, split)}
+    worlds = {world.plan_id: world for world in read_packed_worlds(source, split)}
     blocks = [pairs[first : first + size] for first in range(0, len(pairs), size)]
     return [_Task(block, {pair.plan_id: worlds[pair.plan_id] for pair in block}) for block in blocks]
 
@@ -105,7 +105,7 @@ def _write_shard(
     scratch: Path, task: _Task, *, config: HarvestConfig, sensor: SensorConfig, robot: RobotConfig, seed: int
 ) -> None:
     lidar = make_lidar(**asdict(sensor))
-    worlds = {name: make_world(name, record.grid, robot.radius_m) for name, record in task.worlds.items()}
+    worlds = {name: make_world(name, packed.unpack().grid, robot.radius_m) for name, packed in task.worlds.items()}
     datums: list[Datum] = []
     for pair in task.pairs:
         _, found = harvest_trial(
