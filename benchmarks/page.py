@@ -255,6 +255,8 @@ def _by_plans(axes: Axes, points: list[dict[str, Any]]) -> None:
     memory.set_ylim(0, 600)
     memory.set_ylabel("memory [MB]", color=INK, fontsize=10)
     memory.tick_params(colors=MUTED, labelsize=9)
+    for side in memory.spines.values():
+        side.set_visible(False)
     axes.legend(frameon=False, fontsize=9)
 
 
