@@ -1,5 +1,7 @@
 import gzip
-from dataclasses import dataclass
+import inspect
+import sys
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +50,15 @@ def mixed_folder(folder: Path) -> Path:
 def test_names_are_those_of_the_registry():
     assert all(reader.name == name and reader.patterns for name, reader in READERS.items())
     assert list(READERS)[-1] == "raster_picture"
+
+
+@pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
+def test_a_reader_declares_the_options_that_its_code_looks_at(reader):
+    known = {field.name for field in fields(ReadOptions)}
+    code = inspect.getsource(sys.modules[type(reader).__module__])
+    looked_at = {name for name in known if f"options.{name}" in code}
+    hints = {"door_width_m"} if reader.name == "resplan" else set()  # only in the text of an error
+    assert looked_at - hints <= {*reader.uses} <= known
 
 
 def test_every_file_of_a_folder_is_told_by_its_content(tmp_path):

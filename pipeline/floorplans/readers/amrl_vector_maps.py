@@ -34,6 +34,7 @@ class AmrlVectorMaps:
 
     name: str = "amrl_vector_maps"
     patterns: tuple[str, ...] = ("*.vectormap.json",)
+    uses: tuple[str, ...] = ("wall_m",)
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` begins with a wall segment."""

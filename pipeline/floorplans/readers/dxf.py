@@ -82,6 +82,7 @@ class Dxf:
 
     name: str = "dxf"
     patterns: tuple[str, ...] = ("*.dxf",)
+    uses: tuple[str, ...] = ("metres_per_unit", "wall_m", "wall_layers", "door_layers")
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` begins with a section of DXF, as text or binary."""

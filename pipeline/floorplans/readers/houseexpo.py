@@ -47,6 +47,7 @@ class HouseExpo:
 
     name: str = "houseexpo"
     patterns: tuple[str, ...] = ("*.json", "*.jsonl")
+    uses: tuple[str, ...] = ()
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` begins with a house."""

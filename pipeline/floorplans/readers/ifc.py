@@ -35,6 +35,7 @@ class Ifc:
 
     name: str = "ifc"
     patterns: tuple[str, ...] = ("*.ifc",)
+    uses: tuple[str, ...] = ("levels", "wall_m")
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` is a STEP file with an IFC schema."""

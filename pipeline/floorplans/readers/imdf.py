@@ -62,6 +62,7 @@ class Imdf:
 
     name: str = "imdf"
     patterns: tuple[str, ...] = (_UNITS,)
+    uses: tuple[str, ...] = ("levels", "wall_m", "door_width_m")
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` is a GeoJSON collection of units on levels."""

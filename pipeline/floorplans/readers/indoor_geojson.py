@@ -49,6 +49,7 @@ class IndoorGeoJson:
 
     name: str = "indoor_geojson"
     patterns: tuple[str, ...] = ("*.geojson", "*.json")
+    uses: tuple[str, ...] = ("levels", "wall_m", "door_width_m")
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` is a GeoJSON collection with indoor and level tags."""

@@ -40,6 +40,7 @@ class KthCampusGrids:
 
     name: str = "kth_campus_grids"
     patterns: tuple[str, ...] = ("*.npz",)
+    uses: tuple[str, ...] = ("paper",)
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` is a zip archive that holds the room numbers."""

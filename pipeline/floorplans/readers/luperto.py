@@ -42,6 +42,7 @@ class Luperto:
 
     name: str = "luperto"
     patterns: tuple[str, ...] = ("*.xml",)
+    uses: tuple[str, ...] = ("metres_per_unit", "wall_m", "door_width_m")
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` begins as a building with the scale of its drawing."""

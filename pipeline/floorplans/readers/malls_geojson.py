@@ -30,6 +30,7 @@ class MallsGeoJson:
 
     name: str = "malls_geojson"
     patterns: tuple[str, ...] = (_MAP,)
+    uses: tuple[str, ...] = ()
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` is a GeoJSON collection that begins with the outline of a floor."""

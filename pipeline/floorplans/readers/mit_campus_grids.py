@@ -32,6 +32,7 @@ class MitCampusGrids:
 
     name: str = "mit_campus_grids"
     patterns: tuple[str, ...] = ("*.npz",)
+    uses: tuple[str, ...] = ("paper",)
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` is a zip archive that holds the occupancy layer."""

@@ -32,6 +32,7 @@ class MlStruct:
 
     name: str = "mlstruct"
     patterns: tuple[str, ...] = ("*.json",)
+    uses: tuple[str, ...] = ("levels", "wall_m")
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` begins with a table of floors and their scale, or of wall rectangles."""

@@ -50,6 +50,7 @@ class MovingAi:
 
     name: str = "moving_ai"
     patterns: tuple[str, ...] = ("*.map",)
+    uses: tuple[str, ...] = ("metres_per_unit", "paper")
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` begins with type, height, width and map."""

@@ -52,6 +52,7 @@ class PlanGeoJson:
 
     name: str = "plan_geojson"
     patterns: tuple[str, ...] = ("*.geojson", "*.json")
+    uses: tuple[str, ...] = ("paper",)
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` is a GeoJSON collection with the member that says what the plan is."""

@@ -49,6 +49,7 @@ class RasterPicture:
 
     name: str = "raster_picture"
     patterns: tuple[str, ...] = ("*.png", "*.pgm", "*.jpg", "*.jpeg", "*.bmp", "*.gif", "*.tif", "*.tiff")
+    uses: tuple[str, ...] = ("metres_per_unit", "invert", "free_thresh", "occupied_thresh", "paper")
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` begins as a picture does."""

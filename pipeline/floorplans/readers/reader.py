@@ -48,6 +48,11 @@ class Reader(Protocol):
         """File names that may hold a plan of this format."""
         ...
 
+    @property
+    def uses(self) -> Sequence[str]:
+        """Names of the fields of `ReadOptions` that change what is read; `read_plans` speaks of the others."""
+        ...
+
     def sniff(self, path: Path) -> bool:
         """Return whether the content of ``path`` looks like this format. Never raises on a foreign file."""
         ...

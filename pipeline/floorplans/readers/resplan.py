@@ -42,6 +42,7 @@ class ResPlan:
 
     name: str = "resplan"
     patterns: tuple[str, ...] = ("*.json",)
+    uses: tuple[str, ...] = ("metres_per_unit", "wall_m")
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` begins with a record of WKT polygons by class."""

@@ -65,6 +65,7 @@ class RosMapServer:
 
     name: str = "ros_map_server"
     patterns: tuple[str, ...] = ("*.yaml", "*.yml")
+    uses: tuple[str, ...] = ("paper",)
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` is a YAML mapping with an image."""

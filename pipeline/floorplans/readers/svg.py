@@ -80,6 +80,7 @@ class Svg:
 
     name: str = "svg"
     patterns: tuple[str, ...] = ("*.svg",)
+    uses: tuple[str, ...] = ("metres_per_unit", "levels", "wall_m", "wall_layers", "door_layers")
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` begins as SVG."""

@@ -33,6 +33,7 @@ class Valetudo:
 
     name: str = "valetudo"
     patterns: tuple[str, ...] = ("*.json",)
+    uses: tuple[str, ...] = ("paper",)
 
     def sniff(self, path: Path) -> bool:
         """Return whether the class ValetudoMap stands near the beginning."""

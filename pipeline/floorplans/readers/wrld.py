@@ -29,6 +29,7 @@ class Wrld:
 
     name: str = "wrld"
     patterns: tuple[str, ...] = ("*.geojson",)
+    uses: tuple[str, ...] = ("wall_m",)
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` is a GeoJSON collection with a building_outline."""
