@@ -19,3 +19,7 @@ class TableError(HinterlandError):
 
 class TrialError(HinterlandError):
     """A trial cannot be run as asked, such as a start inside a wall."""
+
+
+class PlannerError(TrialError):
+    """A planner or an estimator answered what no robot could do or no building could be; its trial is worth nothing."""

@@ -2,12 +2,13 @@
 
 import heapq
 from collections.abc import Iterable, Sequence
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.grids.occupancy import FREE
+from pipeline.grids.partial_map import UNSEEN
 
 MOVES = [(dr, dc) for dr in (-1, 0, 1) for dc in (-1, 0, 1) if (dr, dc) != (0, 0)]
 
@@ -107,3 +108,17 @@ def slow_best_order(
     }
     best = min(costs, key=costs.__getitem__)
     return best, costs[best]
+
+
+def slow_path_is_sound(path: Sequence[int], status: NDArray[np.uint8], robot: int) -> bool:
+    """Whether a robot may set out on ``path``: by rows and columns, one rule after the other."""
+    rows, cols = status.shape
+    if len(path) == 0 or path[0] != robot or any(not 0 <= cell < rows * cols for cell in path):
+        return False
+    places = [divmod(int(cell), cols) for cell in path]
+    for (r, c), (to_r, to_c) in pairwise(places):
+        if (to_r - r, to_c - c) not in MOVES:
+            return False
+        if any(status[cell] > UNSEEN for cell in ((to_r, to_c), (r, to_c), (to_r, c))):
+            return False
+    return True

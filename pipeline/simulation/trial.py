@@ -7,13 +7,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.errors import TrialError
 from pipeline.grids.occupancy import Cell, Cells
 from pipeline.grids.partial_map import unseen_map
 from pipeline.planning.protocols import Planner
 from pipeline.planning.seen import Pose, Seen
+from pipeline.simulation.answers import check_surrender, checked_path, never_moves
 from pipeline.simulation.lidar import Lidar, beams_in, robot_frame_ranges, sense
 from pipeline.simulation.motion import pose_after, walk
-from pipeline.simulation.world import World, require_standing_room
+from pipeline.simulation.world import World, require_inside, require_standing_room
 
 
 class Ending(StrEnum):
@@ -44,6 +46,21 @@ class Episode(NamedTuple):
     known: Cells
 
 
+def require_possible(episode: Episode, known_map_m: float, by: str) -> None:
+    """Check that ``episode`` did not reach the goal by less than the shortest way in the true map.
+
+    known_map_m: ``known_map_distance`` of its start and goal [m]. by: whose episode, for the message.
+
+    Raises:
+        TrialError: it did, so that one of the two belongs to another map, robot, start or goal.
+    """
+    if episode.ending is Ending.REACHED and episode.travelled < known_map_m - 1e-6:
+        raise TrialError(
+            f"{by}: reached the goal after {episode.travelled:.3f} m, less than the shortest way in the true map, "
+            f"{known_map_m:.3f} m. The pairs belong to other grids or another robot.radius_m: rasterize again."
+        )
+
+
 def run_trial(
     world: World,
     start: Cell,
@@ -60,7 +77,8 @@ def run_trial(
 
     The planner is asked again only when a scan, or a touch, has changed the map. Between two decisions the map
     therefore grows by at least one cell, and every subgoal's cell borders a cell not yet seen, so a trial always
-    ends, and a reachable goal is always reached, whatever an estimator says.
+    ends, and a reachable goal is always reached, whatever an estimator says. Every path is checked before the robot
+    follows it, and so is the claim that the goal cannot be reached.
 
     step_m: distance between two scans [m], to the nearest cell on the path; at least one cell is moved.
     merge_m: frontiers less than this apart [m], by way of reached space, make one subgoal.
@@ -68,8 +86,11 @@ def run_trial(
 
     Raises:
         TrialError: the robot cannot stand at the start, or the goal is outside the grid.
+        PlannerError: an answer of the planner is no path to set out on, or gives up a goal that may be in reach.
     """
     require_standing_room(world, start, "start")
+    require_inside(world, goal, "goal")
+    by = f"{type(planner).__name__} on {world.name}"
     rows, cols = world.grid.cells.shape
     map_, beams, step_cells = unseen_map(rows, cols), beams_in(world, lidar), step_m / world.grid.resolution
     pose = Pose(start.row, start.col, 0.0)
@@ -86,13 +107,17 @@ def run_trial(
             break
         if fresh or path.size < 2:
             ranges = robot_frame_ranges(lidar, exact, pose, world.grid.resolution, rng)
-            chosen = planner.plan(Seen(map_, pose, goal, ranges, world.grid.resolution, step, widen))
+            seen = Seen(map_, pose, goal, ranges, world.grid.resolution, step, widen)
+            chosen = planner.plan(seen)
             decisions += 1
             if chosen is None:
+                check_surrender(seen, by)
                 ending = Ending.UNREACHABLE
                 break
-            path = chosen
+            path = checked_path(chosen, seen, by)
         moves, length, touched = walk(path, map_, world.grid.cells, world.blocked, world.disk, step_cells)
+        if moves == 0 and not touched:
+            raise never_moves(Seen(map_, pose, goal, ranges, world.grid.resolution, step, widen), by)
         track.append(path[1 : moves + 1])
         pose = pose_after(path, moves, pose, cols)
         path = path[:0] if touched else path[moves:]

@@ -50,11 +50,11 @@ def known_map_distance(world: World, start: Cell, goal: Cell) -> float:
     return float(field[target]) * world.grid.resolution if field[target] != SHUT else np.inf
 
 
-def require_standing_room(world: World, cell: Cell, what: str) -> None:
-    """Check that a robot can stand at ``cell``.
+def require_inside(world: World, cell: Cell, what: str) -> None:
+    """Check that ``cell`` is one of the grid's.
 
     Raises:
-        TrialError: the cell is outside the grid or too close to a wall; ``what`` names it ("start", "goal").
+        TrialError: it is not; ``what`` names it ("start", "goal").
     """
     rows, cols = world.blocked.shape
     if not contains(world.grid, cell):
@@ -62,6 +62,15 @@ def require_standing_room(world: World, cell: Cell, what: str) -> None:
             f"{world.name}: the {what} is at row {cell.row}, col {cell.col}, outside the {rows} x {cols} grid. "
             "Choose a cell inside it."
         )
+
+
+def require_standing_room(world: World, cell: Cell, what: str) -> None:
+    """Check that a robot can stand at ``cell``.
+
+    Raises:
+        TrialError: the cell is outside the grid or too close to a wall; ``what`` names it ("start", "goal").
+    """
+    require_inside(world, cell, what)
     if world.blocked[cell.row, cell.col]:
         raise TrialError(
             f"{world.name}: the {what} at row {cell.row}, col {cell.col} lies in a wall or within the robot's "

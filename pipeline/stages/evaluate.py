@@ -28,6 +28,7 @@ from pipeline.grids.store import PackedWorld, Pair, read_packed_worlds, read_pai
 from pipeline.planning.protocols import Estimator
 from pipeline.randomness import stream
 from pipeline.simulation.lidar import make_lidar
+from pipeline.simulation.trial import require_possible
 from pipeline.simulation.world import World, make_world
 from pipeline.stages.door import StageResult, launch, typed, workspace
 from pipeline.stages.settings import PlannerConfig, RobotConfig, SensorConfig, require
@@ -196,6 +197,7 @@ def _plan_over(estimator: Estimator, config: PlannerConfig) -> SubgoalPlanner:
 
 def _trial_row(pair: Pair, world: World, found: Drive) -> TrialRow:
     episode = found.episode
+    require_possible(episode, pair.known_map_m, f"{found.planner} on {pair.pair_id}")
     return _row(pair, world, found.planner, episode.travelled, episode.ending.name.lower(), episode.steps,
                 episode.decisions, episode.seconds)  # fmt: skip
 

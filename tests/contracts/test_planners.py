@@ -1,11 +1,10 @@
-"""Every planner keeps the contract; the checker catches planners that do not."""
+"""Every planner keeps the contract. What it answers the loop checks by itself, see ``test_liars``."""
 
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from pipeline.grids.partial_map import UNSEEN
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.protocols import Planner
 from pipeline.planning.seen import Seen
@@ -22,7 +21,7 @@ PLANNERS: dict[str, Callable[[World], Planner]] = {
 
 
 class Checked:
-    """Passes every question on and checks the answer and that the question was left alone."""
+    """Passes every question on and checks that it was left alone."""
 
     def __init__(self, planner: Planner) -> None:
         self._planner = planner
@@ -31,14 +30,6 @@ class Checked:
         known, status = seen.map.known.copy(), seen.map.status.copy()
         path = self._planner.plan(seen)
         assert np.array_equal(known, seen.map.known) and np.array_equal(status, seen.map.status), "wrote into the map"
-        if path is None:
-            return None
-        cols = status.shape[1]
-        rows, columns = np.divmod(path, cols)
-        assert path.dtype == np.int32, f"path of {path.dtype}, expected int32"
-        assert (rows[0], columns[0]) == seen.pose[:2], "the path does not start at the robot"
-        assert max(np.abs(np.diff(rows)).max(initial=0), np.abs(np.diff(columns)).max(initial=0)) <= 1, "the path jumps"
-        assert (status.ravel()[path] <= UNSEEN).all(), "the path runs through a seen obstacle"
         return path
 
 
@@ -60,32 +51,13 @@ def test_planner_keeps_the_contract(name: str, lines: tuple[str, ...]) -> None:
     check_planner(PLANNERS[name], lines)
 
 
-class _Broken(OptimisticPlanner):
-    def __init__(self, harm: str) -> None:
-        super().__init__()
-        self._harm = harm
-
+class _Scribbler(OptimisticPlanner):
     def plan(self, seen: Seen) -> np.ndarray | None:
         path = super().plan(seen)
-        assert path is not None
-        if self._harm == "jumps":
-            return path[[0, -1]]
-        if self._harm == "starts elsewhere":
-            return path[1:]
-        if self._harm == "writes":
-            seen.map.known[0, 0] = 2 - seen.map.known[0, 0]
-        return None if self._harm == "gives up" else path
+        seen.map.known[0, 0] = 2 - seen.map.known[0, 0]
+        return path
 
 
-@pytest.mark.parametrize(
-    ("harm", "message"),
-    [
-        ("jumps", "the path jumps"),
-        ("starts elsewhere", "does not start at the robot"),
-        ("writes", "wrote into the map"),
-        ("gives up", "ended: no frontier is left"),
-    ],
-)
-def test_the_checker_catches_liars(harm: str, message: str) -> None:
-    with pytest.raises(AssertionError, match=message):
-        check_planner(lambda world: _Broken(harm), TWO_ROOMS)
+def test_the_checker_catches_a_planner_that_writes_into_the_map() -> None:
+    with pytest.raises(AssertionError, match="wrote into the map"):
+        check_planner(lambda world: _Scribbler(), TWO_ROOMS)

@@ -9,7 +9,7 @@ from pipeline.grids.partial_map import unseen_map
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.seen import Pose, Seen
 from pipeline.simulation.lidar import beams_in, make_lidar, robot_frame_ranges, sense
-from pipeline.simulation.trial import Ending, Episode, run_trial
+from pipeline.simulation.trial import Ending, Episode, require_possible, run_trial
 from pipeline.simulation.world import known_map_distance, make_world
 from pipeline.systems.subgoals.perfect import PerfectEstimator
 from pipeline.systems.subgoals.planner import SubgoalPlanner
@@ -67,6 +67,23 @@ def test_a_start_where_no_robot_can_stand(start: Cell, message: str) -> None:
     with pytest.raises(TrialError, match=message):
         run_trial(make_world("house", drawn.grid, 0.0), start, drawn.goal, OptimisticPlanner(), lidar=small_lidar(),
                   step_m=1.0, rng=np.random.default_rng(0))  # fmt: skip
+
+
+def test_a_goal_outside_the_grid() -> None:
+    drawn = draw(*TWO_ROOMS)
+    with pytest.raises(TrialError, match=r"house: the goal is at row 7, col 2, outside the 7 x 13 grid"):
+        run_trial(make_world("house", drawn.grid, 0.0), drawn.start, Cell(7, 2), OptimisticPlanner(),
+                  lidar=small_lidar(), step_m=1.0, rng=np.random.default_rng(0))  # fmt: skip
+
+
+def test_no_drive_is_shorter_than_the_shortest_way() -> None:
+    episode = optimistic(TWO_ROOMS)
+    # Three diagonal moves down to the door, two straight ones through it, whose corners are not cut, three up to G.
+    require_possible(episode, 6 * np.sqrt(2.0) + 2.0, "optimistic")
+    message = r"optimistic on a/1: reached the goal after .* m, less than the shortest way in the true map, 99.000 m"
+    with pytest.raises(TrialError, match=message):
+        require_possible(episode, 99.0, "optimistic on a/1")
+    require_possible(optimistic(TWO_ROOMS, max_steps=3), 99.0, "what was cut off is a lower bound")
 
 
 def test_a_world_needs_a_closed_ring() -> None:

@@ -2,16 +2,18 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from pipeline.errors import PlannerError
 from pipeline.grids.frontiers import find_gates
 from pipeline.planning.expected_cost import order_subgoals
 from pipeline.planning.gate_distances import GateDistances
-from pipeline.planning.protocols import Estimator
+from pipeline.planning.protocols import Estimates, Estimator
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Subgoal, Surroundings
 
@@ -57,7 +59,11 @@ class SubgoalPlanner:
     _distances: GateDistances | None = field(default=None, init=False)
 
     def plan(self, seen: Seen) -> NDArray[np.int32] | None:
-        """Return the path through the chosen subgoal's frontier, or to the goal once it is in reach."""
+        """Return the path through the chosen subgoal's frontier, or to the goal once it is in reach.
+
+        Raises:
+            PlannerError: an estimate is no probability or no cost.
+        """
         if self._around is None or self._distances is None or not self._around.are_of(seen.map):
             self._around = Surroundings(seen)
             self._distances = GateDistances(seen.map, self._around.work)
@@ -78,7 +84,7 @@ class SubgoalPlanner:
         asked = changed if self.estimator.lasting else around.subgoals
         if asked:
             estimates = self.estimator.estimate(seen, around, asked)
-            properties = [Properties(*map(float, values)) for values in zip(*estimates, strict=True)]
+            properties = _checked(estimates, len(asked), f"{type(self.estimator).__name__}, scan {seen.step + 1}")
             kept |= {subgoal.key: found for subgoal, found in zip(asked, properties, strict=True)}
         self._stored = kept
         if changed and self.on_estimate is not None:
@@ -106,6 +112,28 @@ class SubgoalPlanner:
             failure_penalty=self.failure_penalty_m,
         )
         return int(points[order[0]])
+
+
+def _checked(estimates: Estimates, asked: int, by: str) -> list[Properties]:
+    """Return the estimates of ``asked`` subgoals one by one.
+
+    by: whose they are, for the message.
+
+    Raises:
+        PlannerError: they are not ``asked`` of each kind, or one is no probability or no cost.
+    """
+    shapes = [np.shape(values) for values in estimates]
+    if shapes != [(asked,)] * len(Properties._fields):
+        raise PlannerError(f"{by}: estimates of shapes {shapes} for {asked} subgoals, expected three of ({asked},).")
+    properties = [Properties(*map(float, values)) for values in zip(*estimates, strict=True)]
+    for place, each in enumerate(properties):
+        if not (0.0 <= each.p_success <= 1.0 and 0.0 <= each.delta_success < inf and 0.0 <= each.exploration < inf):
+            raise PlannerError(
+                f"{by}: of subgoal {place} it says P_S = {each.p_success}, delta success {each.delta_success} m, "
+                f"exploration {each.exploration} m, expected a probability from 0 to 1 and two finite costs of at "
+                "least 0 m. No cost is recorded; mend the estimator."
+            )
+    return properties
 
 
 def _shift(p_success: NDArray[np.float64], optimism: float) -> NDArray[np.float64]:
