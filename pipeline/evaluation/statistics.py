@@ -1,12 +1,13 @@
 """Numbers from paired costs: total ratio, per-trial ratios, shares lost, and bootstrap intervals of them."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.evaluation.paired import Costs
-from pipeline.evaluation.ransac import resampled_slopes
+from pipeline.evaluation.trimmed_line import resampled_slopes, weighted_slopes
 
 RESAMPLES = 10_000
 CONFIDENCE = 0.95
@@ -41,7 +42,7 @@ class Ratios(NamedTuple):
 
 
 class Intervals(NamedTuple):
-    """Bootstrap intervals of the total ratio, the RANSAC slope, the median and the mean ratio."""
+    """Bootstrap intervals of the total ratio, the trimmed slope, the median and the mean ratio."""
 
     total: Interval
     slope: Interval
@@ -86,9 +87,66 @@ def bootstrap(
     for first in range(0, resamples, block):
         index = rng.integers(size, size=(min(block, resamples - first), size))
         drawn.append(_resampled(baseline_m[index], ours_m[index], slope))
+    return _intervals(drawn)
+
+
+def bootstrap_buildings(
+    baseline_m: Costs,
+    ours_m: Costs,
+    buildings: Sequence[str],
+    *,
+    slope: float,
+    rng: np.random.Generator,
+    resamples: int = RESAMPLES,
+) -> Intervals | None:
+    """Return intervals as bootstrap does, with whole buildings drawn: they speak of other buildings of the kind.
+
+    A resample is as many buildings as there are, drawn with replacement, each with all its trials ([n] costs [m], the
+    building of each in ``buildings``). Trials of one building resemble each other, and drawn one by one they would
+    count as so many independent ones (Field and Welsh 2007). None where all trials lie in one building: nothing then
+    says how far buildings differ.
+    """
+    names, place = np.unique(np.asarray(buildings, dtype=object).astype(str), return_inverse=True)
+    if names.size < 2:
+        return None
+    drawn: list[NDArray[np.float64]] = []
+    block = max(1, min(resamples, _BLOCK_CELLS // baseline_m.size))
+    for first in range(0, resamples, block):
+        chosen = rng.integers(names.size, size=(min(block, resamples - first), names.size))
+        times = np.stack([np.bincount(row, minlength=names.size) for row in chosen])
+        drawn.append(_weighted(baseline_m, ours_m, times[:, place], slope))
+    return _intervals(drawn)
+
+
+def _intervals(drawn: list[NDArray[np.float64]]) -> Intervals:
+    """Return the percentile intervals of blocks [4, resamples]."""
     tail = 50.0 * (1.0 - CONFIDENCE)
     low, high = np.percentile(np.concatenate(drawn, axis=1), [tail, 100.0 - tail], axis=1)
     return Intervals(*(Interval(float(a), float(b)) for a, b in zip(low, high, strict=True)))
+
+
+def _weighted(baseline_m: Costs, ours_m: Costs, weights: NDArray[np.int64], slope: float) -> NDArray[np.float64]:
+    """Return [4, resamples]: total, slope, median, mean of the trials, each taken ``weights[r, i]`` times."""
+    ratios = ours_m / baseline_m
+    sizes = weights.sum(axis=1)
+    return np.stack(
+        [
+            (weights @ ours_m) / (weights @ baseline_m),
+            weighted_slopes(baseline_m, ours_m, weights, start=slope),
+            _weighted_medians(ratios, weights, sizes),
+            (weights @ ratios) / sizes,
+        ]
+    )
+
+
+def _weighted_medians(values: Costs, weights: NDArray[np.int64], sizes: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the median [resamples] of ``values`` [n], each taken ``weights[r, i]`` times."""
+    order = np.argsort(values, kind="stable")
+    seen = np.cumsum(weights[:, order], axis=1)
+    below, above = (np.argmax(seen > rank[:, None], axis=1) for rank in ((sizes - 1) // 2, sizes // 2))
+    ranked = values[order]
+    medians: Costs = 0.5 * (ranked[below] + ranked[above])
+    return medians
 
 
 def _resampled(baseline_m: Costs, ours_m: Costs, slope: float) -> NDArray[np.float64]:

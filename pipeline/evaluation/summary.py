@@ -4,8 +4,9 @@ No value is NaN: a number that cannot be formed is None, and the counts beside i
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
+from itertools import product
 from math import isfinite
 from typing import Any
 
@@ -14,19 +15,39 @@ import pyarrow as pa
 
 from pipeline.evaluation.calibration import calibrate, regression_error
 from pipeline.evaluation.paired import PairedCosts, pair_costs, restrict
-from pipeline.evaluation.ransac import INLIER_SHARE, OriginLine, fit_origin_line
-from pipeline.evaluation.statistics import CLEAR_LOSS, CONFIDENCE, RESAMPLES, TIE_TOLERANCE, bootstrap, cost_ratios
+from pipeline.evaluation.ransac import MAX_TRIALS, MOST_SAMPLES, THRESHOLD_M, fit_ransac_line
+from pipeline.evaluation.statistics import (
+    CLEAR_LOSS,
+    CONFIDENCE,
+    RESAMPLES,
+    TIE_TOLERANCE,
+    Intervals,
+    bootstrap,
+    bootstrap_buildings,
+    cost_ratios,
+)
 from pipeline.evaluation.trials import BASELINE, BOUNDS, ENDINGS, REACHED, TrialRow, digest, planners_in, trial_rows
+from pipeline.evaluation.trimmed_line import INLIER_SHARE, OriginLine, fit_origin_line
 from pipeline.randomness import stream
 
-SUMMARY_VERSION = 1
+SUMMARY_VERSION = 2
+_SPREAD = ("total_ratio", "trimmed_slope", "median_ratio", "mean_ratio")  # in the order of Intervals
 
 
-def summarise(trials: pa.Table, estimates: pa.Table | None, seed: int, *, resamples: int = RESAMPLES) -> dict[str, Any]:
+def summarise(
+    trials: pa.Table,
+    estimates: pa.Table | None,
+    seed: int,
+    *,
+    ransac_threshold_m: float = THRESHOLD_M,
+    remarks: Sequence[str] = (),
+    resamples: int = RESAMPLES,
+) -> dict[str, Any]:
     """Return every number of docs/metrics.md for a trial table and, where there are any, the network's estimates.
 
     ``seed`` feeds the bootstrap and the RANSAC draws only; each planner has streams of its own, so adding a planner
-    moves no other number. Keys: version, seed, settings, trials, digest, planners, buildings, estimates.
+    moves no other number. ``remarks``: sentences that the reader of the numbers has to know, kept as they are.
+    Keys: version, seed, settings, remarks, trials, digest, planners, buildings, estimates.
     """
     rows = trial_rows(trials)
     names = planners_in(trials)
@@ -38,23 +59,32 @@ def summarise(trials: pa.Table, estimates: pa.Table | None, seed: int, *, resamp
         "settings": {
             "baseline": BASELINE,
             "inlier_share": INLIER_SHARE,
+            "ransac_threshold_m": ransac_threshold_m,
+            "ransac_most_samples": MOST_SAMPLES,
+            "ransac_max_trials": MAX_TRIALS,
             "resamples": resamples,
             "confidence": CONFIDENCE,
             "tie_tolerance": TIE_TOLERANCE,
             "clear_loss": CLEAR_LOSS,
         },
+        "remarks": list(remarks),
         "trials": len({row.trial_id for row in rows}),
         "environments": sorted({row.environment for row in rows}),
         "splits": sorted({row.split for row in rows}),
         "digest": digest(trials),
-        "planners": {name: _planner(name, by_planner[name], paired[name], seed, resamples) for name in names},
+        "planners": {
+            name: _planner(name, by_planner[name])
+            | _costs(name, paired[name], seed, resamples)
+            | _ransac(name, paired[name], seed, ransac_threshold_m)
+            for name in names
+        },
         "buildings": _buildings(rows, paired),
         "estimates": summarise_estimates(estimates),
     }
 
 
 def fit_planner(paired: PairedCosts, planner: str, seed: int) -> OriginLine | None:
-    """Return the RANSAC line of ``planner``, from the same random stream wherever it is asked; None without pairs."""
+    """Return the trimmed line of ``planner``, from the same random stream wherever it is asked; None without pairs."""
     if not paired.trial_ids:
         return None
     return fit_origin_line(paired.baseline_m, paired.ours_m, rng=stream(seed, "evaluation", "ransac", planner))
@@ -77,13 +107,16 @@ def summarise_estimates(estimates: pa.Table | None) -> dict[str, Any] | None:
 def flat_metrics(summary: dict[str, Any]) -> dict[str, float]:
     """Return the headline numbers as ``<planner>/<name>`` -> value, for a metric store; None is left out."""
     metrics: dict[str, float] = {"trials": float(summary["trials"])}
-    wanted = ("pairs", "total_cost_m", "total_ratio", "slope", "median_ratio", "mean_ratio", "lost_share")
+    wanted = (
+        "pairs", "total_cost_m", "total_ratio", "trimmed_slope", "ransac_slope", "ransac_intercept_m", "median_ratio",
+        "mean_ratio", "lost_share", "clearly_lost_share", "ms_per_step",
+    )  # fmt: skip
     for name, planner in summary["planners"].items():
-        found = {key: planner[key] for key in (*wanted, "clearly_lost_share", "ms_per_step")}
+        found = {key: planner[key] for key in wanted}
         found["reached"] = planner["endings"][REACHED]
-        for key in ("total_ratio", "slope"):
-            if planner[f"{key}_interval"] is not None:
-                found[f"{key}_low"], found[f"{key}_high"] = planner[f"{key}_interval"]
+        for key, suffix in product(("total_ratio", "trimmed_slope"), ("", "_trials")):
+            if planner[f"{key}_interval{suffix}"] is not None:
+                found[f"{key}_low{suffix}"], found[f"{key}_high{suffix}"] = planner[f"{key}_interval{suffix}"]
         metrics |= {f"{name}/{key}": float(value) for key, value in found.items() if value is not None}
     if summary["estimates"]:
         quality = summary["estimates"]
@@ -94,8 +127,8 @@ def flat_metrics(summary: dict[str, Any]) -> dict[str, float]:
     return metrics
 
 
-def _planner(name: str, rows: list[TrialRow], paired: PairedCosts, seed: int, resamples: int) -> dict[str, Any]:
-    """Return the numbers of one planner; rows are all its trials, paired those that can be compared."""
+def _planner(name: str, rows: list[TrialRow]) -> dict[str, Any]:
+    """Return how the drives of one planner ended and what they took; ``rows`` are all its trials."""
     endings = Counter(row.ending for row in rows)
     seconds, steps = sum(row.seconds for row in rows), sum(row.steps for row in rows)
     timed = seconds > 0 and steps > 0
@@ -103,50 +136,86 @@ def _planner(name: str, rows: list[TrialRow], paired: PairedCosts, seed: int, re
         "bound": name in BOUNDS,
         "trials": len(rows),
         "endings": {ending: endings[ending] for ending in ENDINGS},
-        "pairs": len(paired.trial_ids),
-        "excluded": paired.excluded,
         "steps": steps,
         "decisions": sum(row.decisions for row in rows),
         "ms_per_step": 1e3 * seconds / steps if timed else None,
         "trials_per_second": len(rows) / seconds if timed else None,
-        **_costs(name, paired, seed, resamples),
     }
 
 
 def _costs(name: str, paired: PairedCosts, seed: int, resamples: int) -> dict[str, Any]:
-    """Return costs, ratios, slope and their intervals; all None without a pair."""
+    """Return costs, ratios, the trimmed slope and their intervals; all None without a pair."""
+    counts = {
+        "pairs": len(paired.trial_ids),
+        "pair_buildings": len(set(paired.buildings)),
+        "excluded": paired.excluded,
+        "interval_reason": _interval_reason(paired),
+    }
     line = fit_planner(paired, name, seed)
     if line is None:
-        ratios = ("total_ratio", "slope", "median_ratio", "mean_ratio")
         shares = ("won_share", "tied_share", "lost_share", "clearly_lost_share")
-        intervals = tuple(f"{key}_interval" for key in ratios)
-        rest = ("total_cost_m", "baseline_cost_m", "slope_inliers", "slope_residual_m")
-        return dict.fromkeys((*ratios, *intervals, *shares, *rest))
+        intervals = tuple(f"{key}_interval{suffix}" for key in _SPREAD for suffix in ("", "_trials"))
+        rest = ("total_cost_m", "baseline_cost_m", "trimmed_slope_inliers", "trimmed_slope_residual_m")
+        return counts | dict.fromkeys((*_SPREAD, *intervals, *shares, *rest))
     found = cost_ratios(paired.baseline_m, paired.ours_m)
-    spread = bootstrap(
-        paired.baseline_m,
-        paired.ours_m,
-        slope=line.slope,
-        rng=stream(seed, "evaluation", "bootstrap", name),
-        resamples=resamples,
-    )
+    by_building, by_trial = _spread(name, paired, line.slope, seed, resamples)
     return {
+        **counts,
         "total_cost_m": float(paired.ours_m.sum()),
         "baseline_cost_m": float(paired.baseline_m.sum()),
         "total_ratio": found.total,
-        "total_ratio_interval": list(spread.total),
-        "slope": line.slope,
-        "slope_interval": list(spread.slope),
-        "slope_inliers": int(line.inliers.sum()),
-        "slope_residual_m": line.residual_m,
+        "trimmed_slope": line.slope,
+        "trimmed_slope_inliers": int(line.inliers.sum()),
+        "trimmed_slope_residual_m": line.residual_m,
         "median_ratio": found.median,
-        "median_ratio_interval": list(spread.median),
         "mean_ratio": found.mean,
-        "mean_ratio_interval": list(spread.mean),
+        **{
+            f"{key}_interval": None if by_building is None else list(by_building[index])
+            for index, key in enumerate(_SPREAD)
+        },
+        **{f"{key}_interval_trials": list(by_trial[index]) for index, key in enumerate(_SPREAD)},
         "won_share": found.won,
         "tied_share": found.tied,
         "lost_share": found.lost,
         "clearly_lost_share": found.clearly_lost,
+    }
+
+
+def _spread(
+    name: str, paired: PairedCosts, slope: float, seed: int, resamples: int
+) -> tuple[Intervals | None, Intervals]:
+    """Return the intervals over buildings and over trials; they are the same where each building has one pair."""
+    by_trial = bootstrap(
+        paired.baseline_m, paired.ours_m, slope=slope, rng=stream(seed, "evaluation", "bootstrap", name),
+        resamples=resamples,
+    )  # fmt: skip
+    if 1 < len(set(paired.buildings)) == len(paired.buildings):
+        return by_trial, by_trial
+    by_building = bootstrap_buildings(
+        paired.baseline_m, paired.ours_m, paired.buildings, slope=slope,
+        rng=stream(seed, "evaluation", "bootstrap", "buildings", name), resamples=resamples,
+    )  # fmt: skip
+    return by_building, by_trial
+
+
+def _interval_reason(paired: PairedCosts) -> str | None:
+    """Return why there is no interval over buildings, None where there is one."""
+    names = set(paired.buildings)
+    if not names:
+        return "no trial was finished by both planners"
+    if len(names) == 1:
+        return f"all pairs lie in one building ({min(names)}), which says nothing of how far buildings differ"
+    return None
+
+
+def _ransac(name: str, paired: PairedCosts, seed: int, threshold_m: float) -> dict[str, Any]:
+    """Return the line of the authors' estimator; None where it finds none."""
+    rng = stream(seed, "evaluation", "ransac with intercept", name)
+    line = fit_ransac_line(paired.baseline_m, paired.ours_m, rng=rng, threshold_m=threshold_m)
+    return {
+        "ransac_slope": None if line is None else line.slope,
+        "ransac_intercept_m": None if line is None else line.intercept_m,
+        "ransac_inliers": None if line is None else int(line.inliers.sum()),
     }
 
 

@@ -85,10 +85,10 @@ def _cost_figures(
 def _scatter_caption(name: str, planner: dict[str, Any]) -> str:
     first = (
         f"Each point is one trial: the same start and goal driven by both planners. Points in the shaded region below "
-        f"the diagonal went better for {title_of(name)}. The line through the origin is fitted by RANSAC so that "
-        f"{planner['slope_inliers']} of {planner['pairs']} trials (95 %) are inliers (filled); its slope is "
-        f"{planner['slope']:.3f}, and the inliers lie within {planner['slope_residual_m']:.1f} m of it. The total "
-        f"ratio, {planner['total_ratio']:.3f}, counts every trial, outliers (hollow) too."
+        f"the diagonal went better for {title_of(name)}. The line through the origin is fitted so that "
+        f"{planner['trimmed_slope_inliers']} of {planner['pairs']} trials (95 %) are inliers (filled); its slope is "
+        f"{planner['trimmed_slope']:.3f}, and the inliers lie within {planner['trimmed_slope_residual_m']:.1f} m of "
+        f"it. The total ratio, {planner['total_ratio']:.3f}, counts every trial, outliers (hollow) too."
     )
     return f"{first} This planner knows the true labels: a bound, not a competitor." if planner["bound"] else first
 

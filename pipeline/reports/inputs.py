@@ -16,13 +16,15 @@ from pipeline.reports.training import Curves, read_curves
 class ReportInputs:
     """Contents of artifacts/{evaluate, train, harvest}.
 
-    harvest, train: the JSON of those stages, empty where missing. missing: a sentence for each file not there.
+    evaluate, harvest, train: the JSON of those stages, empty where missing. missing: a sentence for each file that
+    is not there.
     """
 
     trials: pa.Table
     estimates: pa.Table | None = None
     episodes: list[EpisodeRow] = field(default_factory=list)
     curves: Curves = field(default_factory=dict)
+    evaluate: dict[str, Any] = field(default_factory=dict)
     train: dict[str, Any] = field(default_factory=dict)
     harvest: dict[str, Any] = field(default_factory=dict)
     missing: list[str] = field(default_factory=list)
@@ -47,6 +49,7 @@ def read_inputs(artifacts: Path) -> ReportInputs:
             missing.append(f"{path.relative_to(artifacts)} is not there: {consequence}.")
         return path.is_file()
 
+    summary = source / "summary.json"
     estimates, episodes = source / "estimates.parquet", source / "episodes.parquet"
     curves, train = artifacts / "train" / "curves.parquet", artifacts / "train" / "train.json"
     harvest = artifacts / "harvest" / "harvest.json"
@@ -55,6 +58,7 @@ def read_inputs(artifacts: Path) -> ReportInputs:
         estimates=read_estimates(estimates) if found(estimates, "no calibration") else None,
         episodes=read_episodes(episodes) if found(episodes, "no trajectories") else [],
         curves=read_curves(curves) if found(curves, "no training curves") else {},
+        evaluate=_read_json(summary) if found(summary, "settings of the slopes are the default ones") else {},
         train=_read_json(train) if found(train, "no training summary") else {},
         harvest=_read_json(harvest) if found(harvest, "no counts of the data set") else {},
         missing=missing,

@@ -7,6 +7,7 @@ from typing import Any
 from pipeline.evaluation.cost_table import (
     NOT_FORMED,
     interval_text,
+    line_text,
     number_text,
     share_text,
     table_notes,
@@ -83,28 +84,37 @@ def _verdict(summary: Mapping[str, Any]) -> str:
     if not learned or not learned["pairs"]:
         return f"{summary['trials']} trials in {where}: no trial was finished by both planners, so no ratio is formed."
     change = 100.0 * (learned["total_ratio"] - 1.0)
-    low, high = (100.0 * (edge - 1.0) for edge in learned["total_ratio_interval"])
+    over_buildings = learned["total_ratio_interval"] is not None
+    edges = learned["total_ratio_interval" if over_buildings else "total_ratio_interval_trials"]
+    low, high = (100.0 * (edge - 1.0) for edge in edges)
+    drawn = "buildings" if over_buildings else "trials of this one building"
     verdict = f"{abs(change):.1f} % {'less' if change < 0 else 'more'}"
     doubt = "" if high < 0.0 or low > 0.0 else " The interval includes 0: these trials do not settle which is better."
     return (
         f"Over {learned['pairs']:,} paired trials in {where} the learned planner travelled {verdict} than the "
-        f"optimistic one (95 % interval {low:+.1f} % to {high:+.1f} %).{doubt}"
+        f"optimistic one (95 % interval over {drawn} {low:+.1f} % to {high:+.1f} %).{doubt}"
     )
 
 
 def _headlines(learned: Mapping[str, Any]) -> list[tuple[str, str, str]]:
-    ratio, slope = (f"95 %: {interval_text(learned[f'{key}_interval'])}" for key in ("total_ratio", "slope"))
+    ratio, slope = (f"95 %: {interval_text(learned[f'{key}_interval'])}" for key in ("total_ratio", "trimmed_slope"))
     clearly = share_text(learned["clearly_lost_share"])
     return [
         (number_text(learned["total_ratio"]), "total cost ratio", ratio),
-        (number_text(learned["slope"]), "RANSAC slope", slope),
+        (number_text(learned["trimmed_slope"]), "trimmed slope through the origin", slope),
+        (
+            number_text(learned["ransac_slope"]),
+            "RANSAC slope with an intercept",
+            line_text(learned["ransac_slope"], learned["ransac_intercept_m"]),
+        ),
         (f"{learned['endings'][REACHED]}/{learned['trials']}", "trials reached the goal", "learned planner"),
         (share_text(learned["lost_share"]), "of trials lost", f"{clearly} by over 10 %"),
     ]
 
 
 def _cost_table(summary: Mapping[str, Any]) -> str:
-    head = ("planner", "trials", "cost [m]", "ratio", "95 % interval", "slope", "95 % interval", "median", "mean",
+    head = ("planner", "trials", "cost [m]", "ratio", "95 % interval", "trimmed slope", "95 % interval",
+            "RANSAC line", "median", "mean",
             "lost", "lost > 10 %", "ms/step")  # fmt: skip
     rows: list[tuple[str, ...]] = []
     marks: list[str] = []
@@ -118,8 +128,9 @@ def _cost_table(summary: Mapping[str, Any]) -> str:
                 number_text(planner["total_cost_m"], 0),
                 number_text(planner["total_ratio"]),
                 interval_text(planner["total_ratio_interval"]),
-                number_text(planner["slope"]),
-                interval_text(planner["slope_interval"]),
+                number_text(planner["trimmed_slope"]),
+                interval_text(planner["trimmed_slope_interval"]),
+                line_text(planner["ransac_slope"], planner["ransac_intercept_m"]),
                 number_text(planner["median_ratio"]),
                 number_text(planner["mean_ratio"]),
                 share_text(planner["lost_share"]),
@@ -127,7 +138,9 @@ def _cost_table(summary: Mapping[str, Any]) -> str:
                 number_text(planner["ms_per_step"], 2),
             )
         )
-    return markup.table(head, rows, marked=marks) + markup.paragraph(_COSTS, "muted")
+    return markup.table(head, rows, marked=marks) + markup.paragraph(
+        _COSTS.format(threshold=summary["settings"]["ransac_threshold_m"]), "muted"
+    )
 
 
 def _endings(summary: Mapping[str, Any]) -> str:
@@ -263,9 +276,10 @@ def _text(value: Any) -> str:
 _ERROR_KEYS = ("mean_true", "bias", "mae", "rmse", "median_error")
 _COSTS = (
     "Cost is the distance travelled, summed over the trials that this planner and optimistic both finished; ratio is "
-    "that sum over optimistic's on the same trials, with a bootstrap interval over trials. Slope: RANSAC line through "
-    "the origin with 95 % of the trials as inliers. Median and mean are of the ratios of single trials. Lost: share of "
-    "trials dearer than optimistic, and dearer by more than 10 %. The bounds read the true map, which no robot has: "
+    "that sum over optimistic's on the same trials. Intervals are bootstrapped over buildings, each drawn with all its "
+    "trials. Trimmed slope: of the line through the origin to which 95 % of the trials are closest. RANSAC line: with "
+    "an intercept and inliers within {threshold:g} m, as the authors of learned subgoal planning fit it; the two "
+    "slopes are different quantities. Median and mean are of the ratios of single trials. Lost: share of trials dearer than optimistic, and dearer by more than 10 %. The bounds read the true map, which no robot has: "
     "perfect estimates runs the same planner with true labels, known map is the shortest path. They are not ranked."
 )
 _ERRORS = (

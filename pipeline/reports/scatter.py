@@ -1,4 +1,4 @@
-"""The paper's scatter: cost of a planner over the cost of the optimistic one, with the RANSAC line."""
+"""The paper's scatter: cost of a planner over the cost of the optimistic one, with the trimmed line."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from pipeline.evaluation.cost_table import title_of
 from pipeline.evaluation.paired import PairedCosts
-from pipeline.evaluation.ransac import OriginLine
+from pipeline.evaluation.trimmed_line import OriginLine
 from pipeline.reports.style import INK, MUTED, ORANGE, PLANNER_COLOURS, SKY, dress, new_figure
 
 
@@ -31,7 +31,7 @@ def draw_cost_scatter(paired: PairedCosts, line: OriginLine, planner: str, *, sm
         linewidths=1.0, label=f"outliers ({total - count})",
     )  # fmt: skip
     end = min(reach, reach / line.slope) if line.slope > 0 else reach
-    axes.plot([0, end], [0, line.slope * end], color=INK, linewidth=1.8, label=f"RANSAC slope {line.slope:.3f}")
+    axes.plot([0, end], [0, line.slope * end], color=INK, linewidth=1.8, label=f"trimmed slope {line.slope:.3f}")
     ratio = paired.ours_m.sum() / paired.baseline_m.sum()
     axes.plot([], [], " ", label=f"total ratio {ratio:.3f}")
     axes.set(xlim=(0, reach), ylim=(0, reach), aspect="equal")

@@ -13,6 +13,7 @@ from omegaconf import DictConfig
 
 from pipeline.errors import TableError
 from pipeline.evaluation.cost_table import format_cost_table
+from pipeline.evaluation.ransac import THRESHOLD_M
 from pipeline.evaluation.summary import flat_metrics, summarise
 from pipeline.evaluation.trials import (
     EpisodeRow,
@@ -58,6 +59,8 @@ class EvaluateConfig:
     """Trials whose paths, maps and frontiers are kept for pictures."""
     weight_floor_m: float = 1.0
     """As harvest.weight_floor_m [m]."""
+    ransac_threshold_m: float = THRESHOLD_M
+    """Residual threshold of the RANSAC line with an intercept [m]: the authors' 200 cells of 0.1 m."""
     max_steps: int | None = None
     """Scans after which a trial is cut off; null means a bound that no planner meets."""
 
@@ -74,6 +77,7 @@ class EvaluateConfig:
         require(self.pairs_per_unit >= 1, "evaluate.pairs_per_unit", self.pairs_per_unit, "at least 1")
         require(self.recorded_trials >= 0, "evaluate.recorded_trials", self.recorded_trials, "at least 0")
         require(self.weight_floor_m > 0, "evaluate.weight_floor_m", self.weight_floor_m, "above 0 m")
+        require(self.ransac_threshold_m > 0, "evaluate.ransac_threshold_m", self.ransac_threshold_m, "above 0 m")
         require(self.max_steps is None or self.max_steps > 0, "evaluate.max_steps", self.max_steps, "null or above 0")
 
 
@@ -122,7 +126,9 @@ def evaluate(raw: DictConfig) -> StageResult:
         progress=work.progress,
     )
     merged = {name: _merge(parts, name, target / f"{name}.parquet") for name in TABLES}
-    summary = summarise(merged["trials"], merged["estimates"], work.seed)
+    summary = summarise(
+        merged["trials"], merged["estimates"], work.seed, ransac_threshold_m=settings.evaluate.ransac_threshold_m
+    )
     write_json(target / "summary.json", summary)
     print(format_cost_table(summary))
     return StageResult(

@@ -2,16 +2,20 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from omegaconf import DictConfig, OmegaConf
 
 from pipeline.evaluation.cost_table import format_cost_table
+from pipeline.evaluation.ransac import THRESHOLD_M
 from pipeline.evaluation.summary import flat_metrics, summarise
 from pipeline.files import write_text
 from pipeline.stages.door import StageResult, launch, typed, workspace
 from pipeline.stages.settings import require
 from pipeline.tracking.revision import revision_tags
+
+if TYPE_CHECKING:
+    from pipeline.reports.inputs import ReportInputs
 
 # Sections shown on the page, in the order of the stages.
 SECTIONS = ("plans", "rasterize", "sensor", "robot", "planner", "harvest", "train", "evaluate")
@@ -44,7 +48,7 @@ def report(raw: DictConfig) -> StageResult:
     inputs = read_inputs(work.root)
     target = work.folder("report")
     _clear(target / "figures")
-    summary = summarise(inputs.trials, inputs.estimates, work.seed)
+    summary = _summarise(inputs, work.seed)
     figures = draw_figures(
         inputs, summary, target / "figures", seed=work.seed, episodes=config.episodes, dpi=config.dpi
     )
@@ -67,6 +71,18 @@ def report(raw: DictConfig) -> StageResult:
     return StageResult(
         metrics=flat_metrics(summary),
         files=[target / "report.html", target / "cost_table.txt", *(figure.path for figure in figures)],
+    )
+
+
+def _summarise(inputs: "ReportInputs", seed: int) -> dict[str, Any]:
+    """Return the summary as the evaluate stage forms it: with its settings, and the remarks that it made."""
+    settings = inputs.evaluate.get("settings", {})
+    return summarise(
+        inputs.trials,
+        inputs.estimates,
+        seed,
+        ransac_threshold_m=float(settings.get("ransac_threshold_m", THRESHOLD_M)),
+        remarks=inputs.evaluate.get("remarks", ()),
     )
 
 

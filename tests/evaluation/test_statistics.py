@@ -4,7 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from pipeline.evaluation.statistics import bootstrap, cost_ratios, trial_ratios
+from pipeline.evaluation.statistics import bootstrap, bootstrap_buildings, cost_ratios, trial_ratios
+from tests.evaluation.test_trimmed_line import slow_slope
 
 COSTS = hnp.arrays(np.float64, st.integers(1, 60), elements=st.floats(0.5, 500.0))
 
@@ -68,6 +69,60 @@ def test_bootstrap_is_seeded_and_does_not_depend_on_blocks(monkeypatch: pytest.M
     first = bootstrap(baseline, ours, slope=0.8, rng=np.random.default_rng(4), resamples=500)
     monkeypatch.setattr("pipeline.evaluation.statistics._BLOCK_CELLS", 40 * 64)
     assert bootstrap(baseline, ours, slope=0.8, rng=np.random.default_rng(4), resamples=500) == first
+
+
+# Building a holds two trials, building b one long one.
+BASELINE, OURS, BUILDINGS = np.array([10.0, 20.0, 10.0]), np.array([1.0, 30.0, 3.0]), ("a", "b", "a")
+
+
+def test_two_buildings_drawn_whole_by_hand() -> None:
+    """Drawn are a, a (4 of 20: 0.2), both (34 of 40) or b, b (1.5), never 0.1 or 0.3, the ratios within a."""
+    found = bootstrap_buildings(BASELINE, OURS, BUILDINGS, slope=1.0, rng=np.random.default_rng(0), resamples=2000)
+    assert found is not None
+    assert found.total == pytest.approx((0.2, 1.5))
+    assert found.median == pytest.approx((0.2, 1.5))
+    assert found.mean == pytest.approx((0.2, 1.5))
+    trials = bootstrap(BASELINE, OURS, slope=1.0, rng=np.random.default_rng(0), resamples=2000)
+    assert trials.median == pytest.approx((0.1, 1.5)), "trial by trial a resample can hold the best of a alone"
+
+
+def test_one_building_gives_no_interval() -> None:
+    assert bootstrap_buildings(BASELINE, OURS, ("a",) * 3, slope=1.0, rng=np.random.default_rng(0)) is None
+
+
+def test_whole_buildings_equal_their_slow_twin(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The twin lays out every resample trial by trial; buildings hold 1 to 9 trials, in mixed order."""
+    monkeypatch.setattr("pipeline.evaluation.statistics._BLOCK_CELLS", 45 * 64)
+    rng = np.random.default_rng(7)
+    buildings = rng.permutation([f"building-{size}" for size in range(1, 10) for _ in range(size)])
+    baseline = rng.uniform(5.0, 50.0, buildings.size)
+    ours = (
+        baseline * rng.uniform(0.3, 1.4, buildings.size) * np.array([0.5 + 0.1 * int(name[-1]) for name in buildings])
+    )
+    found = bootstrap_buildings(
+        baseline, ours, buildings.tolist(), slope=0.8, rng=np.random.default_rng(3), resamples=300
+    )
+    draws = np.random.default_rng(3)
+    chosen = np.concatenate([draws.integers(9, size=(rows, 9)) for rows in (64, 64, 64, 64, 44)])
+    names = sorted(set(buildings.tolist()))
+    twin = []
+    for row in chosen:
+        index = np.concatenate([np.flatnonzero(buildings == names[building]) for building in row])
+        x, y = baseline[index], ours[index]
+        twin.append((y.sum() / x.sum(), slow_slope(x, y, 0.8), np.median(y / x), (y / x).mean()))
+    low, high = np.percentile(np.array(twin), [2.5, 97.5], axis=0)
+    np.testing.assert_allclose(np.array(found), np.stack([low, high], axis=1), rtol=1e-6)
+
+
+def test_trials_alike_within_buildings_widen_the_interval_over_buildings() -> None:
+    """Ten buildings of 30 equal trials hold ten facts, not 300: the interval is about sqrt(30) times as wide."""
+    ratio = np.repeat(np.linspace(0.5, 1.2, 10), 30)
+    buildings = [f"{index // 30}" for index in range(300)]
+    rng = np.random.default_rng(5)
+    low, high = bootstrap(np.full(300, 10.0), 10.0 * ratio, slope=0.8, rng=rng, resamples=1000).total
+    wide = bootstrap_buildings(np.full(300, 10.0), 10.0 * ratio, buildings, slope=0.8, rng=rng, resamples=1000)
+    assert wide is not None
+    assert 4.0 < (wide.total.high - wide.total.low) / (high - low) < 7.0
 
 
 @pytest.mark.parametrize(("baseline", "ours"), [([], []), ([0.0], [1.0]), ([1.0, 2.0], [1.0])])

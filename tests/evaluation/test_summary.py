@@ -21,7 +21,7 @@ def test_the_numbers_of_each_planner() -> None:
     assert learned["total_ratio"] == pytest.approx(1.045)
     assert (learned["total_cost_m"], learned["baseline_cost_m"]) == pytest.approx((104.5, 100.0))
     assert learned["total_ratio_interval"][0] < 1.045 < learned["total_ratio_interval"][1]
-    assert (learned["pairs"], learned["slope_inliers"], learned["lost_share"]) == (4, 4, 0.5)
+    assert (learned["pairs"], learned["trimmed_slope_inliers"], learned["lost_share"]) == (4, 4, 0.5)
     assert learned["ms_per_step"] == pytest.approx(50.0)
     assert learned["endings"] == {"reached": 4, "unreachable": 0, "cut_off": 0}
 
@@ -31,7 +31,7 @@ def test_bounds_are_marked_and_the_baseline_is_one() -> None:
     assert {name: planner["bound"] for name, planner in planners.items()} == {
         "optimistic": False, "learned": False, "perfect": True, "known_map": True,
     }  # fmt: skip
-    assert planners["optimistic"]["total_ratio"] == planners["optimistic"]["slope"] == 1.0
+    assert planners["optimistic"]["total_ratio"] == planners["optimistic"]["trimmed_slope"] == 1.0
     assert planners["optimistic"]["total_ratio_interval"] == pytest.approx([1.0, 1.0])
 
 
@@ -62,12 +62,63 @@ def test_without_a_pair_there_is_no_number_and_the_table_says_why() -> None:
     rows = [trial("a/0", "optimistic", 4.0), trial("a/0", "learned", 9.0, ending="cut_off")]
     summary = summarise(trials_table(rows), empty_estimates(), 1, resamples=100)
     learned = summary["planners"]["learned"]
-    assert (learned["pairs"], learned["total_ratio"], learned["slope_interval"]) == (0, None, None)
+    assert (learned["pairs"], learned["total_ratio"], learned["trimmed_slope_interval"]) == (0, None, None)
     text = format_cost_table(summary)
     assert "0/1" in text
     assert "learned: 1 of 1 trials give no ratio (1 x learned ended cut_off)." in " ".join(text.split())
     assert "learned/total_ratio" not in flat_metrics(summary)
     json.dumps(summary, allow_nan=False)
+
+
+def test_pairs_of_one_building_give_no_interval_over_buildings_and_the_table_says_why() -> None:
+    costs = {"optimistic": (10.0, 20.0), "learned": (5.0, 18.0)}
+    rows = [trial(f"hall/{i}", name, cost) for name, both in costs.items() for i, cost in enumerate(both)]
+    summary = summarise(trials_table(rows), None, 1, resamples=100)
+    learned = summary["planners"]["learned"]
+    assert learned["total_ratio_interval"] is None
+    assert learned["total_ratio_interval_trials"] == pytest.approx([0.5, 0.9])
+    assert (learned["pairs"], learned["pair_buildings"]) == (2, 1)
+    text = " ".join(format_cost_table(summary).split())
+    assert "learned: no interval over buildings, because all pairs lie in one building (hall)" in text
+    assert "as if trials were independent: learned 0.500 - 0.900" in text
+    metrics = flat_metrics(summary)
+    assert "learned/total_ratio_low" not in metrics
+    assert (metrics["learned/total_ratio_low_trials"], metrics["learned/total_ratio_high_trials"]) == (0.5, 0.9)
+
+
+def test_the_interval_of_the_table_is_the_one_over_buildings() -> None:
+    """Building a: 0.2 over two trials, b: 1.5; one drawn twice gives the ends, trial by trial the ends lie further."""
+    costs = {"optimistic": (10.0, 10.0, 20.0), "learned": (1.0, 3.0, 30.0)}
+    places = ("a/0", "a/1", "b/0")
+    rows = [trial(at, name, cost) for name, listed in costs.items() for at, cost in zip(places, listed, strict=True)]
+    summary = summarise(trials_table(rows), None, 1, resamples=2000)
+    learned = summary["planners"]["learned"]
+    assert learned["total_ratio_interval"] == pytest.approx([0.2, 1.5])
+    assert learned["total_ratio_interval_trials"] == pytest.approx([0.1, 1.5])
+    text = " ".join(format_cost_table(summary).split())
+    assert "0.200 - 1.500" in text.split("learned", 1)[1].split("trials (")[0]
+    assert "over buildings (2 buildings, each drawn with all its trials)" in text
+    assert flat_metrics(summary)["learned/total_ratio_low"] == pytest.approx(0.2)
+
+
+def test_both_slopes_are_named_with_their_intercept() -> None:
+    """Costs on 0.5 x + 3 m: the line with an intercept is that one, the one through the origin is steeper."""
+    base = np.linspace(10.0, 60.0, 30)
+    summary = summarise(
+        table_of({"optimistic": base.tolist(), "learned": (0.5 * base + 3.0).tolist()}), None, 1, resamples=50
+    )
+    learned = summary["planners"]["learned"]
+    assert (learned["ransac_slope"], learned["ransac_intercept_m"]) == pytest.approx((0.5, 3.0))
+    assert learned["ransac_inliers"] == 30
+    assert 0.55 < learned["trimmed_slope"] < 0.65
+    assert "0.500 x + 3.0 m" in format_cost_table(summary)
+    assert "slope" not in learned
+
+
+def test_remarks_stand_in_the_summary_and_beneath_the_table() -> None:
+    summary = summarise(table_of(COSTS), None, 1, remarks=["the network was made with another sensor"], resamples=50)
+    assert summary["remarks"] == ["the network was made with another sensor"]
+    assert "the network was made with another sensor" in " ".join(format_cost_table(summary).split())
 
 
 def test_an_empty_table_has_a_summary_too() -> None:
@@ -106,16 +157,18 @@ def test_flat_metrics_are_numbers() -> None:
     assert all(isinstance(value, float) and np.isfinite(value) for value in metrics.values())
 
 
+# All trials lie within 20 m of the RANSAC line, which is then one of total least squares.
 TABLE = """\
-planner            reached  cost [m]  ratio  95 % interval  slope  median   mean    lost  lost > 10 %  ms/step
---------------------------------------------------------------------------------------------------------------
-optimistic             4/4       100  1.000  1.000 - 1.000  1.000   1.000  1.000   0.0 %        0.0 %    50.00
-learned                4/4       104  1.045  0.760 - 1.170  1.105   1.025  0.938  50.0 %       25.0 %    50.00
--- bounds: they use the true map -----------------------------------------------------------------------------
-perfect estimates      4/4        80  0.800  0.650 - 0.863  0.833   0.792  0.740   0.0 %        0.0 %    50.00
-known map              4/4        64  0.640  0.472 - 0.727  0.680   0.583  0.579   0.0 %        0.0 %        -
---------------------------------------------------------------------------------------------------------------
+planner            reached  cost [m]  ratio  95 % interval  trimmed      RANSAC line  median   mean    lost  lost > 10 %
+------------------------------------------------------------------------------------------------------------------------
+optimistic             4/4       100  1.000  1.000 - 1.000    1.000  1.000 x + 0.0 m   1.000  1.000   0.0 %        0.0 %
+learned                4/4       104  1.045  0.760 - 1.170    1.105  1.409 x - 9.1 m   1.025  0.938  50.0 %       25.0 %
+-- bounds: they use the true map ---------------------------------------------------------------------------------------
+perfect estimates      4/4        80  0.800  0.650 - 0.863    0.833  1.000 x - 5.0 m   0.792  0.740   0.0 %        0.0 %
+known map              4/4        64  0.640  0.472 - 0.727    0.680  0.885 x - 6.1 m   0.583  0.579   0.0 %        0.0 %
+------------------------------------------------------------------------------------------------------------------------
 """
+TIMES = ["ms/step", "---------", "50.00", "50.00", "---------", "50.00", "-", "---------"]
 
 
 def test_the_cost_table_is_aligned_with_the_bounds_beneath_a_rule() -> None:
@@ -125,5 +178,6 @@ def test_the_cost_table_is_aligned_with_the_bounds_beneath_a_rule() -> None:
     lines = format_cost_table(summarise(trials_table(rows), None, 1)).splitlines()
     wanted = TABLE.splitlines()
     assert [line[:44] for line in lines[:8]] == [line[:44] for line in wanted]
-    assert [line[58:] for line in lines[:8]] == [line[58:] for line in wanted]
-    assert max(len(line) for line in lines) == len(wanted[1])
+    assert [line[58:120] for line in lines[:8]] == [line[58:] for line in wanted]
+    assert [line[120:].strip() for line in lines[:8]] == TIMES
+    assert max(len(line) for line in lines) == len(wanted[1]) + 9

@@ -17,6 +17,8 @@ from pipeline.files import write_json
 from pipeline.grids.occupancy import FREE, OCCUPIED, UNKNOWN
 from pipeline.learning.curves import CurvePoint, write_curves
 
+REMARK = "The network was made with sensor.max_range_m = 6.0, these trials are driven with 8.0."
+
 
 def write_artifacts(root: Path, *, trials: int = 80, buildings: int = 4, recorded: int = 5, seed: int = 0) -> Path:
     """Write a whole folder and return it."""
@@ -41,6 +43,7 @@ def write_artifacts(root: Path, *, trials: int = 80, buildings: int = 4, recorde
     write_json(
         root / "train/train.json", {"steps": 10000, "train": {"auc": 0.94}, "validation": {"auc": 0.91, "rows": 4000.0}}
     )
+    write_json(root / "evaluate/summary.json", {"settings": {"ransac_threshold_m": 3.0}, "remarks": [REMARK]})
     write_json(root / "harvest/harvest.json", {"datums": 31234, "plans": 90, "digest": "ab" * 32})
     return root
 

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from pipeline.errors import TableError
 from pipeline.evaluation.calibration import calibrate
 from pipeline.evaluation.paired import PairedCosts
-from pipeline.evaluation.ransac import fit_origin_line
+from pipeline.evaluation.trimmed_line import fit_origin_line
 from pipeline.files import write_table
 from pipeline.reports.calibration import draw_reliability
 from pipeline.reports.scatter import draw_cost_scatter, draw_ratio_histogram
@@ -35,7 +35,7 @@ def test_the_scatter_has_equal_axes_and_says_slope_and_ratio(size: int) -> None:
     assert axes.get_aspect() == 1.0
     assert axes.get_xlim() == axes.get_ylim()
     words = legend_of(figure)
-    assert f"RANSAC slope {line.slope:.3f}" in words
+    assert f"trimmed slope {line.slope:.3f}" in words
     assert f"total ratio {paired.ours_m.sum() / paired.baseline_m.sum():.3f}" in words
     assert f"inliers ({line.inliers.sum()} of {size})" in words
 

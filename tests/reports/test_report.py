@@ -10,7 +10,7 @@ from pipeline.errors import ConfigError, TableError
 from pipeline.evaluation.trials import write_episodes, write_estimates, write_trials
 from pipeline.reports.inputs import read_inputs
 from pipeline.stages.report import report
-from tests.reports.synthetic import write_artifacts
+from tests.reports.synthetic import REMARK, write_artifacts
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 
@@ -75,8 +75,9 @@ def test_every_part_is_on_the_page(page: str) -> None:
     for name in ("costs", "endings", "drives", "estimates", "buildings", "data", "training", "run"):
         assert f'<section id="{name}">' in page
     for words in (
-        "80 paired trials in guided_maze", "RANSAC slope", "known map (bound)", "best of the recorded",
-        "worst of the recorded", "Reliability of P_S", "building-3", "31,234", "<td>0.91</td>", "seed",
+        "80 paired trials in guided_maze", "trimmed slope", "RANSAC line", "known map (bound)", "best of the recorded",
+        "worst of the recorded", REMARK, "inliers within 3 m", "Reliability of P_S", "building-3", "31,234",
+        "<td>0.91</td>", "seed",
     ):  # fmt: skip
         assert words in page
 
@@ -107,6 +108,7 @@ def test_figures_of_an_earlier_run_do_not_stay(artifacts: Path, tmp_path: Path) 
 
 
 OPTIONAL = {
+    "evaluate/summary.json": "settings of the slopes are the default ones",
     "evaluate/estimates.parquet": "no calibration",
     "evaluate/episodes.parquet": "no trajectories",
     "train/curves.parquet": "no training curves",
