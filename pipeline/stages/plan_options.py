@@ -71,6 +71,8 @@ _CHECKS: dict[str, Check] = {
 _IN_FLAGS = {
     "plans.read.metres_per_unit=": "--scale ",
     "plans.read.metres_per_unit": "--scale",
+    "plans.read.free_thresh": "--free-thresh",
+    "plans.read.occupied_thresh": "--occupied-thresh",
     "plans.read.paper=true": "--paper",
     "plans.read.paper": "--paper",
     "plans.read.wall_layers": "--wall-layer",
@@ -148,7 +150,7 @@ def data_sets_from(path: Path) -> dict[str, "DataSet"]:
 
 def in_flags(text: str) -> str:
     """Return a sentence about keys of the configuration in words of the command line, on one line."""
-    text = re.sub(r"plans\.read\.metres_per_unit=(\S+), or (?=--scale \1)", "", text)
+    text = re.sub(r"plans\.read\.\w+=(\S+), or (?=--[a-z-]+ \1)", "", text)
     for key, flag in _IN_FLAGS.items():
         text = text.replace(key, flag)
     return " ".join(text.split())
@@ -179,9 +181,9 @@ def _options(values: Mapping[str, Any]) -> "ReadOptions":
     from pipeline.floorplans.readers import ReadOptions
 
     options = ReadOptions(**values)
-    if options.free_thresh > options.occupied_thresh:
+    free, occupied = options.thresholds()
+    if free > occupied:
         raise ConfigError(
-            f"free_thresh = {options.free_thresh:g} is above occupied_thresh = {options.occupied_thresh:g}: expected "
-            "it below or equal."
+            f"free_thresh = {free:g} is above occupied_thresh = {occupied:g}: expected it below or equal."
         )
     return options

@@ -26,6 +26,7 @@ from pipeline.stages.door import Workspace
 from pipeline.stages.parallel import Refused, make_all
 from pipeline.stages.settings import require
 
+_MAY_BE_NULL = ("metres_per_unit", "free_thresh", "occupied_thresh")
 _SHOWN = 5  # names of files that are no plans
 
 
@@ -37,10 +38,11 @@ class ReadConfig:
     """Size of a pixel, a cell or a drawing unit [m]; null where the files state it."""
     invert: bool = False
     """Pictures: dark is free."""
-    free_thresh: float = 0.196
-    """Pictures: darkness from 0 (white) to 1 (black), below which a pixel is free; grey 205 is unknown, as in ROS."""
-    occupied_thresh: float = 0.65
-    """Pictures: darkness above which a pixel is occupied; between the two it is unknown."""
+    free_thresh: float | None = None
+    """Pictures: darkness from 0 (white) to 1 (black), below which a pixel is free; null: as a ROS map states,
+    else 0.196, with which grey 205 is unknown."""
+    occupied_thresh: float | None = None
+    """Pictures: darkness above which a pixel is occupied; between the two it is unknown. Null: as stated, else 0.65."""
     paper: bool = False
     """Pictures and other grids: free space around the house that reaches the border is paper, and no floor."""
     door_width_m: float = 0.9
@@ -58,10 +60,10 @@ class ReadConfig:
         """Refuse impossible values."""
         for name, (low, high) in RANGES.items():
             value = getattr(self, name)
-            allowed = f"{'null or ' if name == 'metres_per_unit' else ''}{low:g} to {high:g}"
+            allowed = f"{'null or ' if name in _MAY_BE_NULL else ''}{low:g} to {high:g}"
             require(value is None or low <= value <= high, f"plans.read.{name}", value, allowed)
-        thresholds = (self.free_thresh, self.occupied_thresh)
-        ordered = self.free_thresh <= self.occupied_thresh
+        thresholds = self.options().thresholds()
+        ordered = thresholds[0] <= thresholds[1]
         require(ordered, "plans.read.free_thresh, occupied_thresh", thresholds, "the first below the second, or equal")
 
     def options(self) -> ReadOptions:

@@ -18,6 +18,7 @@ from pipeline.floorplans.readers.indoor_geojson import IndoorGeoJson
 from pipeline.floorplans.readers.kth_campus_grids import KthCampusGrids
 from pipeline.floorplans.readers.luperto import Luperto
 from pipeline.floorplans.readers.malls_geojson import MallsGeoJson
+from pipeline.floorplans.readers.map_pictures import YAML_ENDINGS, pictures_named_by
 from pipeline.floorplans.readers.mit_campus_grids import MitCampusGrids
 from pipeline.floorplans.readers.mlstruct import MlStruct
 from pipeline.floorplans.readers.moving_ai import MovingAi
@@ -95,7 +96,8 @@ def classify(files: Sequence[SourceFile], reader_name: str | None = None) -> lis
         PlanError: no such reader.
     """
     named = None if reader_name is None else _named(reader_name)
-    return [_classify(file, named, alone=len(files) == 1) for file in files]
+    maps = pictures_named_by(file.path for file in files if file.path.suffix.lower() in YAML_ENDINGS)
+    return [_classify(file, named, alone=len(files) == 1, of_maps=maps) for file in files]
 
 
 def find_plan_files(root: Path, reader_name: str | None = None) -> list[Path]:
@@ -184,11 +186,13 @@ def _finished(
         return problem
 
 
-def _classify(file: SourceFile, named: Reader | None, *, alone: bool) -> Classified:
+def _classify(file: SourceFile, named: Reader | None, *, alone: bool, of_maps: frozenset[Path]) -> Classified:
     if file.problem is not None:
         return Classified(file=file, role=BAD, problem=file.problem)
     if fnmatch(file.path.name, PATTERN):
         return Classified(file=file, role=COMPANION)
+    if of_maps and file.path.resolve() in of_maps:
+        return Classified(file=file, role=COMPANION, reader=READERS["raster_picture"])
     if named is not None and (alone or _fits(file.path, named)):
         return Classified(file=file, role=COMPANION if named.accompanies(file.path) else PLAN, reader=named)
     for reader in READERS.values() if named is None else (named,):

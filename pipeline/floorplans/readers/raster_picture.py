@@ -6,8 +6,9 @@ is given wins over the note. The darkness of a pixel, 0 for white and 1 for blac
 compared with the two thresholds: below ``free_thresh`` it is free, above ``occupied_thresh`` occupied, between them
 unknown, as is a transparent pixel. Row 0 of a picture is its top.
 
-A picture that a YAML file in its folder names is part of that map. So are masks and ground truth beside a picture:
-files whose name ends in keepout, nogo, limit, localization or groundtruth, after an underscore or a point.
+A picture that a YAML file names is part of that map, whichever folder of the source each lies in. So are masks and
+ground truth beside a picture: files whose name ends in keepout, nogo, limit, localization or groundtruth, after an
+underscore or a point.
 """
 
 import json
@@ -15,14 +16,15 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import FREE, OCCUPIED, UNKNOWN, Cells, FloorPlan, GridPlan, Location
-from pipeline.floorplans.readers.json_file import finite_number, finite_points, parse_json, short_text, sniff_text
+from pipeline.floorplans.readers.json_file import finite_number, finite_points, parse_json, short_text
+from pipeline.floorplans.readers.map_pictures import YAML_ENDINGS, pictures_named_by
 from pipeline.floorplans.readers.picture import Grey, read_picture
 from pipeline.floorplans.readers.reader import ReadOptions
 
@@ -30,7 +32,6 @@ NOTE = "hinterland"
 """Key of the text in a PNG that says its scale and place; see `note_of`."""
 
 _MASK = re.compile(r"[._-](keepout|nogo|limit|localization|groundtruth)$", re.IGNORECASE)
-_NAMED = re.compile(r"""\bimage["']?\s*:\s*["']?([^"'\n\r,}#]+)""")
 _BEGINNINGS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff", b"GIF8", b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+")
 _PORTABLE = re.compile(rb"P[1-6][ \t\r\n#]")
 _PARTS_OF_OTHERS = ("floor_info.json", "geojson_map.json")  # beside these a picture shows what they describe
@@ -69,10 +70,9 @@ class RasterPicture:
         if _MASK.search(path.stem) or any((path.parent / name).is_file() for name in _PARTS_OF_OTHERS):
             return True
         try:
-            changed_ns = path.parent.stat().st_mtime_ns
-        except OSError:
+            return path.resolve() in _pictures_of_maps(path.parent, path.parent.stat().st_mtime_ns)
+        except (OSError, RuntimeError):  # RuntimeError: links in a circle
             return False
-        return path.name in _pictures_of_maps(path.parent, changed_ns)
 
     def read(self, path: Path, options: ReadOptions) -> Iterator[FloorPlan | GridPlan | PlanError]:
         """Yield the one plan of the picture; see `Reader.read`."""
@@ -119,18 +119,17 @@ def _place(path: Path, grey: Grey, options: ReadOptions) -> _Place:
 
 
 @lru_cache(maxsize=32)
-def _pictures_of_maps(folder: Path, _changed_ns: int) -> frozenset[str]:
-    """Return the names of the pictures that a YAML file in ``folder`` names as its image."""
-    maps = [file for pattern in ("*.yaml", "*.yml") for file in folder.glob(pattern)]
-    named = [match for file in maps for match in _NAMED.findall(sniff_text(file))]
-    return frozenset(PurePosixPath(name.strip()).name for name in named)
+def _pictures_of_maps(folder: Path, _changed_ns: int) -> frozenset[Path]:
+    """Return the pictures that a YAML file in ``folder`` names as its image."""
+    return pictures_named_by(file for file in folder.iterdir() if file.suffix.lower() in YAML_ENDINGS)
 
 
 def classify(grey: Grey, options: ReadOptions) -> Cells:
     """Return the cells of a picture, in its row order: [rows, cols] uint8 of FREE, OCCUPIED, UNKNOWN."""
     darkness = (grey.values if options.invert else 255.0 - grey.values) / 255.0
     cells = np.full(darkness.shape, UNKNOWN, dtype=np.uint8)
-    cells[darkness < options.free_thresh] = FREE
-    cells[darkness > options.occupied_thresh] = OCCUPIED
+    free, occupied = options.thresholds()
+    cells[darkness < free] = FREE
+    cells[darkness > occupied] = OCCUPIED
     cells[grey.transparent] = UNKNOWN
     return cells

@@ -11,6 +11,9 @@ grey / 255 with ``negate: 1``; above ``occupied_thresh`` it is occupied, below `
 A yaw within 1 degree of a quarter turn is rounded to it and the grid is turned; any other yaw is refused, because
 turning a grid by it would resample the walls.
 
+Thresholds that a person gives replace those of the file. Map savers write grey 205 for what was not seen, and some of
+them free_thresh = 0.25 beside it, with which it is free: this is read as it stands, and remarked.
+
 Masks have a YAML of their own, but no floor: where a robot must not go, or only slowly, is drawn over a map that lies
 beside it. Their names say so: keepout, nogo, limit or mask, after an underscore, a point or alone.
 """
@@ -19,36 +22,33 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees, isfinite, pi
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import FREE, OCCUPIED, UNKNOWN, Cells, FloorPlan, GridPlan, Location
 from pipeline.floorplans.readers.json_file import short_text, sniff_text
+from pipeline.floorplans.readers.map_pictures import YAML_ENDINGS, find_picture
+from pipeline.floorplans.readers.map_yaml import NOT_YAML, is_meant_as_map, load_map_yaml
 from pipeline.floorplans.readers.picture import Grey, read_picture
-from pipeline.floorplans.readers.reader import ReadOptions
+from pipeline.floorplans.readers.reader import FREE_THRESH, OCCUPIED_THRESH, ReadOptions
 
 _QUARTER = pi / 2
 _YAW_TOLERANCE_DEG = 1.0
 _LARGEST_YAW = 1e3  # beyond, a float does not tell quarter turns apart for long
 _MODES = ("trinary", "scale", "raw")
 _MASK = re.compile(r"(^|[._-])(keepout|nogo|limit|mask)$", re.IGNORECASE)
-# The thresholds of a file that states none: grey 205 (p = 0.19608) is unknown; with 0.25, as some tools write, free.
-OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
+_UNSEEN = 205.0  # the grey of map savers
 _MOST_BYTES = 50_000  # of the YAML, which has some 200
-_MOST_BRACKETS = 200  # yaml takes seconds for thousands
-# What yaml raises on bad text: its own errors, and those of Python on impossible dates, numbers and depths.
-_NOT_YAML = (
-    *(yaml.YAMLError, OSError, ValueError, LookupError, TypeError),
-    *(AttributeError, ArithmeticError, RecursionError),
-)
 
 
 class MapHeader(NamedTuple):
-    """The YAML of a map. resolution: metres per pixel; origin: x, y [m] and yaw [rad] of the lower-left pixel."""
+    """The YAML of a map. resolution: metres per pixel; origin: x, y [m] and yaw [rad] of the lower-left pixel.
+
+    remarks: what in it had to be mended.
+    """
 
     image: Path
     resolution: float
@@ -57,6 +57,7 @@ class MapHeader(NamedTuple):
     occupied_thresh: float
     free_thresh: float
     mode: str
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -65,29 +66,30 @@ class RosMapServer:
 
     name: str = "ros_map_server"
     patterns: tuple[str, ...] = ("*.yaml", "*.yml")
-    uses: tuple[str, ...] = ("paper",)
+    uses: tuple[str, ...] = ("free_thresh", "occupied_thresh", "paper")
 
     def sniff(self, path: Path) -> bool:
-        """Return whether ``path`` is a YAML mapping with an image."""
+        """Return whether ``path`` is a YAML mapping with an image, or damaged YAML with the keys of a map."""
         text = sniff_text(path, _MOST_BYTES + 1)
         if "image" not in text or len(text) > _MOST_BYTES:
             return False
         try:
-            content = _plain_yaml(text)
-        except _NOT_YAML:
-            return False
+            content, _ = load_map_yaml(text)
+        except NOT_YAML:
+            return is_meant_as_map(text)
         return isinstance(content, dict) and "image" in content
 
     def accompanies(self, path: Path) -> bool:
         """Return whether ``path`` is a mask of a map beside it, or a YAML file with its doors, places, connections."""
-        if path.suffix.lower() not in (".yaml", ".yml") or (self.sniff(path) and not _MASK.search(path.stem)):
+        if path.suffix.lower() not in YAML_ENDINGS or (self.sniff(path) and not _MASK.search(path.stem)):
             return False
         others = (other for other in path.parent.glob(f"*{path.suffix}") if not _MASK.search(other.stem))
         return any(self.sniff(other) for other in others)
 
     def read(self, path: Path, options: ReadOptions) -> Iterator[FloorPlan | GridPlan | PlanError]:
-        """Yield the one plan of the map; see `Reader.read`. The YAML states scale and thresholds: no option is used."""
-        header = read_header(path)
+        """Yield the one plan of the map; see `Reader.read`. Thresholds that are given replace the stated ones."""
+        stated = read_header(path)
+        header = _with_thresholds(path, stated, options)
         try:
             grey = read_picture(header.image)
         except PlanError as problem:
@@ -105,6 +107,7 @@ class RosMapServer:
             cells=turned,
             resolution=header.resolution,
             origin=origin,
+            remarks=(*header.remarks, *_on_thresholds(grey, stated, header)),
         )
 
 
@@ -117,15 +120,17 @@ def read_header(path: Path) -> MapHeader:
     try:
         if path.stat().st_size > _MOST_BYTES:
             raise PlanError(f"{path}: more than {_MOST_BYTES:,} bytes, expected the few lines of a map's YAML.")
-        content = _plain_yaml(path.read_text(encoding="utf-8-sig"))
-    except _NOT_YAML as problem:
-        raise PlanError(f"{path}: not a readable YAML file ({short_text(str(problem))}).") from problem
+        content, remarks = load_map_yaml(path.read_text(encoding="utf-8-sig"))
+    except NOT_YAML as problem:
+        raise PlanError(
+            f"{path}: not a readable YAML file ({_where(problem)}{short_text(str(problem))}). Mend it in an editor."
+        ) from problem
     if not isinstance(content, dict):
         raise PlanError(f"{path}: expected a mapping with image, resolution and origin, got {type(content).__name__}.")
     missing = [key for key in ("image", "resolution", "origin") if key not in content]
     if missing:
         raise PlanError(f"{path}: {' and '.join(missing)} missing. A map needs image, resolution and origin.")
-    return _header(path, content)
+    return _header(path, content)._replace(remarks=remarks)
 
 
 def classify(grey: Grey, header: MapHeader) -> Cells:
@@ -142,6 +147,38 @@ def classify(grey: Grey, header: MapHeader) -> Cells:
     cells[occupancy < header.free_thresh] = FREE
     cells[unknown] = UNKNOWN
     return cells
+
+
+def _with_thresholds(path: Path, header: MapHeader, options: ReadOptions) -> MapHeader:
+    """Return ``header`` with the thresholds that a person gives instead of its own."""
+    free, occupied = options.thresholds(header.free_thresh, header.occupied_thresh)
+    if free > occupied:
+        raise PlanError(
+            f"{path}: free_thresh = {free:g} is above occupied_thresh = {occupied:g}, of which one is given and one is "
+            "the file's. Give both: plans.read.free_thresh and plans.read.occupied_thresh."
+        )
+    return header._replace(free_thresh=free, occupied_thresh=occupied)
+
+
+def _on_thresholds(grey: Grey, stated: MapHeader, used: MapHeader) -> Iterator[str]:
+    for key in ("free_thresh", "occupied_thresh"):
+        before, now = getattr(stated, key), getattr(used, key)
+        if before != now:
+            yield f"{key} = {before:g} of the file was replaced by {now:g}"
+    value = 255.0 - grey.values if used.negate else grey.values
+    unseen = np.count_nonzero((value == _UNSEEN) & ~grey.transparent)
+    if used.mode != "raw" and unseen and used.free_thresh > (255.0 - _UNSEEN) / 255.0:
+        yield (
+            f"grey 205 counts as free with free_thresh = {used.free_thresh:g}: {unseen:,} of {value.size:,} pixels. "
+            "Map savers write it for what was not seen, some with 0.25 beside it by mistake. To make it unknown, give "
+            f"plans.read.free_thresh={FREE_THRESH:g}, or --free-thresh {FREE_THRESH:g}"
+        )
+
+
+def _where(problem: BaseException) -> str:
+    """Return the line of a fault in YAML, before its text, which may be cut."""
+    mark = getattr(problem, "problem_mark", None)
+    return f"line {mark.line + 1}: " if mark is not None else ""
 
 
 def turn(cells: Cells, header: MapHeader, path: Path) -> tuple[Cells, Location]:
@@ -180,7 +217,11 @@ def _header(path: Path, content: dict[str, Any]) -> MapHeader:
     mode = str(content.get("mode", "trinary")).lower()
     if mode not in _MODES:
         raise PlanError(f"{path}: mode = {short_text(mode)}, expected one of {', '.join(_MODES)}.")
-    image = _picture(path, str(content["image"]).strip())
+    image = find_picture(path, str(content["image"]).strip())
+    if image is None:
+        raise PlanError(
+            f"{path}: image = {short_text(str(content['image']))}: no such picture beside the YAML file. Put it there."
+        )
     negate = bool(_number(path, "negate", content.get("negate", 0)))
     return MapHeader(image, resolution, (x, y, yaw), negate, occupied, free, mode)
 
@@ -193,39 +234,3 @@ def _number(path: Path, key: str, value: object) -> float:
     if not isfinite(number):
         raise PlanError(f"{path}: {key} = {short_text(repr(value))}, expected a finite number.")
     return number
-
-
-class _PlainLoader(yaml.SafeLoader):
-    """YAML without references to what stands elsewhere in it: a few lines of them unfold to gigabytes."""
-
-    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.YAMLError("it refers to other parts of itself (*), which is not read")
-        return super().compose_node(parent, index)
-
-
-def _plain_yaml(text: str) -> object:
-    """Return what ``text`` holds; raises one of `_NOT_YAML`."""
-    if text.count("[") + text.count("{") > _MOST_BRACKETS:
-        raise yaml.YAMLError("it has far more brackets than the header of a map")
-    loader = _PlainLoader(text)
-    try:
-        return loader.get_single_data()
-    finally:
-        loader.dispose()
-
-
-def _picture(path: Path, named: str) -> Path:
-    """Return the picture that the YAML file ``path`` names; map savers often name it where it lay when they ran."""
-    beside = (path.parent / named, path.parent / PurePath(named.replace("\\", "/")).name)
-    found = next((image for image in beside if _is_file(image)), None)
-    if found is None:
-        raise PlanError(f"{path}: image = {short_text(named)}: no such picture beside the YAML file. Put it there.")
-    return found
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except OSError:  # a name longer than the disk allows
-        return False

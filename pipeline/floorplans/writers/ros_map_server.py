@@ -12,7 +12,7 @@ import yaml
 from pipeline.files import replacing, write_text
 from pipeline.floorplans.plan import CLUTTER, FREE, OCCUPIED, UNKNOWN, FloorPlan, GridPlan
 from pipeline.floorplans.readers.picture import write_picture
-from pipeline.floorplans.readers.ros_map_server import FREE_THRESH, OCCUPIED_THRESH
+from pipeline.floorplans.readers.reader import FREE_THRESH, OCCUPIED_THRESH
 from pipeline.floorplans.writers.cells import as_grid, coded
 
 _GREY_OF = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205, CLUTTER: 0}

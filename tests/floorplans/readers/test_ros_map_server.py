@@ -97,6 +97,88 @@ def test_a_map_may_be_free_up_to_its_border(tmp_path):
     assert (read(write_map(tmp_path / "lab", np.full((3, 4), 254, dtype=np.uint8))).cells == FREE).all()
 
 
+UNSEEN = "grey 205 counts as free with free_thresh = {}: {} pixels. Map savers write it for what was not seen"
+
+
+@pytest.mark.parametrize(
+    ("stated", "given", "expected", "remarks"),
+    [
+        ({}, {}, [FREE, UNKNOWN, UNKNOWN, OCCUPIED, OCCUPIED], ()),
+        ({"free_thresh": 0.25}, {}, [FREE, FREE, FREE, OCCUPIED, OCCUPIED], (UNSEEN.format("0.25", "2 of 5"),)),
+        (
+            {"free_thresh": 0.25},
+            {"free_thresh": 0.196},
+            [FREE, UNKNOWN, UNKNOWN, OCCUPIED, OCCUPIED],
+            ("free_thresh = 0.25 of the file was replaced by 0.196",),
+        ),
+        (
+            {},
+            {"free_thresh": 0.3},
+            [FREE, FREE, FREE, OCCUPIED, OCCUPIED],
+            ("free_thresh = 0.196 of the file was replaced by 0.3", UNSEEN.format("0.3", "2 of 5")),
+        ),
+        (
+            {"occupied_thresh": 0.7},
+            {"occupied_thresh": 0.9},
+            [FREE, UNKNOWN, UNKNOWN, UNKNOWN, OCCUPIED],
+            ("occupied_thresh = 0.7 of the file was replaced by 0.9",),
+        ),
+        ({"free_thresh": 0.19, "mode": "scale"}, {}, [FREE, UNKNOWN, UNKNOWN, OCCUPIED, OCCUPIED], ()),
+        ({"free_thresh": 0.25, "mode": "raw", "occupied_thresh": 0.65}, {}, [2, 2, 2, 2, 0], ()),
+    ],
+)
+def test_grey_205_as_free_is_said_and_a_threshold_that_is_given_wins(tmp_path, stated, given, expected, remarks):
+    path = write_map(tmp_path / "lab", np.array([[254, 205, 205, 30, 0]], dtype=np.uint8), **stated)
+    (plan,) = RosMapServer().read(path, ReadOptions(**given))
+    assert plan.cells.tolist() == [expected]
+    assert len(plan.remarks) == len(remarks)
+    assert all(said.startswith(begin) for said, begin in zip(plan.remarks, remarks, strict=True))
+
+
+def test_grey_205_of_a_negated_map_is_50(tmp_path):
+    shades = np.array([[0, 50, 205, 255]], dtype=np.uint8)
+    plan = read(write_map(tmp_path / "lab", shades, negate=1, free_thresh=0.25))
+    assert plan.cells.tolist() == [[FREE, FREE, OCCUPIED, OCCUPIED]]
+    assert [remark.partition("pixels")[0] for remark in plan.remarks] == [
+        "grey 205 counts as free with free_thresh = 0.25: 1 of 4 "
+    ]
+
+
+def test_a_given_threshold_that_contradicts_the_file_is_refused(tmp_path):
+    path = write_map(tmp_path / "lab", GREYS, occupied_thresh=0.3)
+    with pytest.raises(PlanError, match=r"free_thresh = 0\.4 is above occupied_thresh = 0\.3, of which one is given"):
+        list(RosMapServer().read(path, ReadOptions(free_thresh=0.4)))
+
+
+def test_a_map_with_tabs_and_the_header_of_opencv_is_read_and_says_so(tmp_path):
+    path = write_map(tmp_path / "lab", GREYS)
+    path.write_text("%YAML:1.0\n---\n" + path.read_text().replace(": ", ":\t"))
+    assert [name for name, reader in READERS.items() if reader.sniff(path)] == ["ros_map_server"]
+    plan = read(path)
+    assert plan.cells.tolist() == BELOW
+    assert plan.remarks == (
+        "its first line %YAML:1.0, which OpenCV writes, is not YAML and was passed over",
+        "6 lines have tabs, which YAML forbids (line 3 first): read as spaces",
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("image: map.png\nresolution: 0.05\norigin: [0, 0, 0\nnegate: 0\n", 4),
+        ("image: map.png\nresolution: 0.05\n  origin: [0, 0, 0]\n", 3),
+        ("resolution: 0.05\nimage: 'map.png\norigin: [0, 0, 0]\n", 4),
+        ("image: map.png\nresolution:\t0.05\norigin: {\n", 2),
+    ],
+)
+def test_a_map_in_damaged_yaml_is_known_and_its_line_named(tmp_path, text, line):
+    (tmp_path / "map.yaml").write_text(text)
+    (entry,) = classify([lone_file(tmp_path / "map.yaml")])
+    assert (entry.role, entry.reader.name) == (PLAN, "ros_map_server")
+    with pytest.raises(PlanError, match=rf"map\.yaml: not a readable YAML file \(line {line}: .*\)\. Mend it"):
+        read(tmp_path / "map.yaml")
+
+
 @pytest.mark.parametrize(
     "image", ["../pictures/map.png", "/home/robot/maps/map.png", "C:\\\\maps\\\\map.png", "./map.png"]
 )
