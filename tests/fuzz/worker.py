@@ -14,7 +14,7 @@ from typing import NamedTuple, Self
 from pipeline.errors import PlanError
 from pipeline.floorplans.checks import inspect
 from pipeline.floorplans.plan import FloorPlan, GridPlan
-from pipeline.floorplans.readers import PLAN, ReadOptions, classify, dxf, ifc_cuts, read_plan_file, read_plans
+from pipeline.floorplans.readers import PLAN, ReadOptions, classify, dxf_entities, ifc_cuts, read_plan_file, read_plans
 from pipeline.floorplans.sources import lone_file, open_source
 from tests.fuzz.sample import ARCHIVE, MANIFEST, Sample
 from tests.fuzz.seeds import known_formats, samples_of
@@ -116,7 +116,7 @@ class Worker:
 def _serve(pipe: Connection) -> None:
     """Answer until the pipe closes. Everything that is loaded late is loaded before the limits are set."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    dxf._MOST_ENTITIES = 30_000  # of 300,000, which take ten times as long
+    dxf_entities.MOST_ENTITIES = 30_000  # of 300,000, which take ten times as long
     ifc_cuts.MOST_SECONDS, ifc_cuts.MOST_MEMORY = _MOST_IFC_SECONDS, _MOST_IFC_MEMORY
     with tempfile.TemporaryDirectory() as scratch:
         for reader in sorted(known_formats()):

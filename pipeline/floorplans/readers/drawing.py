@@ -18,7 +18,7 @@ from pipeline.floorplans.readers.json_file import MOST_COORDINATES
 from pipeline.floorplans.readers.reader import ReadOptions
 from pipeline.floorplans.walls import Area, as_area, door_of, free_from_walls, openings_as_area, repaired
 
-LARGEST_UNIT = 1e9  # of a coordinate in drawing units
+LARGEST_UNIT = 1e10  # of a coordinate in drawing units: millimetres of a national grid have nearly as many
 # What the libraries that parse drawings raise on damaged text, beside errors of their own. Lack of memory is not among
 # them: `read_plans` says what to do about that.
 PARSER_ERRORS = (
