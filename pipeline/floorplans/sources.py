@@ -2,7 +2,8 @@
 
 Archives are zip files and gzip files, also below a folder. Nothing of an archive is trusted: names that lead out of
 it, links, passwords and sizes beyond the limits are refused before a byte is written, and what the archive says about
-its sizes is checked again while unpacking. An npz is a zip file as well, but a plan of its own: it stays as it is.
+its sizes is checked again while unpacking. An npz is a zip file as well, but a plan of its own: it stays as it is, and
+so does a document of an office program, which is one file for a person.
 """
 
 import lzma
@@ -31,6 +32,8 @@ _CHUNK = 1 << 20
 _BREAKS = ("Cc", "Cs", "Zl", "Zp")  # of Unicode: control characters, halves of letters, ends of lines
 _ZIP, _GZIP = b"PK", b"\x1f\x8b"
 _OTHERS = {b"7z\xbc\xaf": "7z", b"Rar!": "rar", b"\xfd7zXZ": "xz", b"\x28\xb5\x2f\xfd": "zstd"}
+# Lists of the parts of a document: of Microsoft's programs, of OpenOffice and LibreOffice, of Java.
+_PARTS = ("[Content_Types].xml", "META-INF/manifest.xml", "META-INF/MANIFEST.MF")
 _DAMAGED = (
     OSError,
     EOFError,
@@ -103,16 +106,16 @@ def open_source(root: Path, *, most_bytes: int = MOST_BYTES) -> Iterator[list[So
 
 
 def is_archive(path: Path) -> bool:
-    """Return whether ``path`` is packed: by its ending, or by its content unless that is an npz.
+    """Return whether ``path`` is packed: by its ending, or by its content unless that is an npz or a document.
 
-    A zip file whose members are all arrays is an npz under another name.
+    A zip file whose members are all arrays is an npz under another name; one with a list of its parts, a document.
     """
     ending = path.suffix.lower()
     if ending in (".npz", ".npy"):
         return False
     start = _start(path)
     if start.startswith(_ZIP) or ending == ".zip":
-        return (ending == ".zip" or zipfile.is_zipfile(path)) and not _holds_arrays(path)
+        return (ending == ".zip" or zipfile.is_zipfile(path)) and not _is_one_file(path)
     return ending == ".gz" or start.startswith(_GZIP) or _unread_kind(start) is not None
 
 
@@ -247,14 +250,14 @@ def _hidden(name: str) -> bool:
     return any(part.startswith(".") or part == "__MACOSX" for part in PurePosixPath(name).parts)
 
 
-def _holds_arrays(path: Path) -> bool:
+def _is_one_file(path: Path) -> bool:
     try:
         _check_index(path)
         with zipfile.ZipFile(path) as archive:
             names = archive.namelist()
     except (*_DAMAGED, PlanError):
         return False
-    return bool(names) and all(name.endswith(".npy") for name in names)
+    return bool(names) and (all(name.endswith(".npy") for name in names) or any(name in _PARTS for name in names))
 
 
 def _unread_kind(start: bytes) -> str | None:

@@ -14,6 +14,7 @@ from pipeline.floorplans.writers.writer import Writer
 from pipeline.grids.rasterize import CELLS_PER_DOOR, rasterize
 from pipeline.stages.plan_files import Found, file_name, keep_existing, plan_files, read_file, told_apart
 from pipeline.stages.plan_options import in_flags, read_options
+from pipeline.stages.reading import unused_in
 
 _RESOLUTION_M = 0.05
 
@@ -74,10 +75,13 @@ def _read(given: Namespace) -> list[Found]:
     options = read_options(given)
     with plan_files(Path(given.source), given.reader) as entries:
         read = [found for entry in entries for found in read_file(entry, options)]
+        unused = unused_in(entries, options)
     problems = [each for each in read if isinstance(each, PlanError)]
     found = [each for each in read if isinstance(each, Found)]
     if problems and (not given.skip_bad or not found):
         raise problems[0]
+    for sentence in unused:
+        print(in_flags(sentence), file=sys.stderr)
     for problem in problems:
         print(f"left out: {in_flags(str(problem))}", file=sys.stderr)
     for each in found:

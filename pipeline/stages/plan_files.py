@@ -50,7 +50,7 @@ def plan_files(root: Path, reader: str | None) -> Iterator[list[Classified]]:
         if not entries and root.is_file() and [entry.role for entry in found] == [COMPANION]:
             raise PlanError(f"{root}: a part of a plan, not a plan itself: a file beside it uses it. Give that file.")
         if not entries:
-            raise PlanError(nothing_found(root, reader))
+            raise PlanError(nothing_found(root, reader, found))
         yield entries
 
 

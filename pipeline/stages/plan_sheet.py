@@ -13,6 +13,7 @@ from pipeline.stages.parallel import make_all
 from pipeline.stages.plan_files import Found, keep_existing, plan_files, read_side_by_side, told_apart
 from pipeline.stages.plan_options import in_flags, read_options
 from pipeline.stages.plan_survey import options_for
+from pipeline.stages.reading import unused_in
 
 
 def sheet(given: Namespace) -> int:
@@ -48,11 +49,14 @@ def sheet(given: Namespace) -> int:
 def _draw(root: Path, out: Path, data_set: DataSet, given: Namespace) -> None:
     workers, shown = given.workers or os.cpu_count() or 1, not given.quiet
     with plan_files(root, data_set.reader) as entries:
+        unused = unused_in(entries, data_set.options)
         read = read_side_by_side(entries, data_set.options, workers=workers, shown=shown, limit=given.limit)
     found = told_apart([each for each in read if isinstance(each, Found)])
     problems = [in_flags(str(each)) for each in read if isinstance(each, PlanError)]
     if not found:
         raise PlanError(f"{root}: none of {len(problems)} plans is usable; the first: {problems[0]}")
+    for sentence in unused:
+        print(in_flags(sentence), file=sys.stderr)
     for problem in problems:
         print(f"left out: {problem}", file=sys.stderr)
     tiles, _ = make_all(

@@ -15,11 +15,13 @@ from pipeline.floorplans.read_ranges import RANGES
 from pipeline.floorplans.readers import (
     BAD,
     PLAN,
+    READERS,
     UNRECOGNISED,
     Classified,
     ReadOptions,
     classify,
     nothing_found,
+    say_unused,
 )
 from pipeline.floorplans.sources import open_source
 from pipeline.stages.door import Workspace
@@ -112,8 +114,10 @@ def read_all(
         found = classify(chosen, reader)
         entries = [entry for entry in found if entry.role in (PLAN, BAD)][:limit]
         if not entries:
-            raise PlanError(nothing_found(root, reader))
+            raise PlanError(nothing_found(root, reader, found))
         _tell_ignored([entry.file.name for entry in found if entry.role == UNRECOGNISED])
+        for sentence in unused_in(entries, options):
+            print(f"plans: {sentence}")
         of_files, refused = make_all(
             partial(_read_one, options=options, on_error=on_error),
             [(str(entry.file.original), entry) for entry in entries],
@@ -124,6 +128,12 @@ def read_all(
         )
     refused += [bad for of_file in of_files for bad in of_file.refused]
     return name_apart([(of_file.name, checked) for of_file in of_files for checked in of_file.checked]), refused
+
+
+def unused_in(entries: Sequence[Classified], options: ReadOptions) -> list[str]:
+    """Return a sentence for each format among the files that does not use some of the options."""
+    counts = Counter(entry.reader.name for entry in entries if entry.reader is not None)
+    return [f"{said} ({counts[name]} files)" for name in counts for said in say_unused(READERS[name], options)]
 
 
 def name_apart(found: Sequence[tuple[str, Checked]]) -> list[Checked]:

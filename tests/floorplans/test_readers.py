@@ -84,7 +84,9 @@ def test_a_file_alone_must_be_a_plan(tmp_path):
     (tmp_path / "notes.txt").write_text("nothing of interest\n")
     (entry,) = classify([lone_file(tmp_path / "notes.txt")])
     assert entry.role == BAD
-    assert str(entry.problem).startswith(f"{tmp_path / 'notes.txt'}: not recognised as mit_campus_grids or ")
+    assert str(entry.problem).startswith(
+        f"{tmp_path / 'notes.txt'}: text that begins with 'nothing of interest', which"
+    )
     (entry,) = classify([lone_file(tmp_path / "notes.txt")], "svg")
     assert (entry.role, entry.reader) == (PLAN, READERS["svg"])
 
@@ -109,7 +111,7 @@ def test_a_missing_or_unknown_file_is_refused(tmp_path):
     with pytest.raises(PlanError, match=r"no.npz: no such file"):
         read_plan_file(tmp_path / "no.npz")
     (tmp_path / "doors.yaml").write_text("doors: [1, 2]\n")
-    with pytest.raises(PlanError, match=r"doors.yaml: not recognised as mit_campus_grids or .*Name the format"):
+    with pytest.raises(PlanError, match=r"doors.yaml: YAML with the keys doors, not those of a map.*image"):
         read_plan_file(tmp_path / "doors.yaml")
 
 

@@ -84,7 +84,7 @@ def test_info_of_a_folder_goes_on_after_a_bad_file_and_ends_with_1(tmp_path, cap
     ("arguments", "expected"),
     [
         (["info", "nowhere.dxf"], "error: nowhere.dxf: no such folder or file"),
-        (["info", "note.txt"], "error: note.txt: not recognised as mit_campus_grids or"),
+        (["info", "note.txt"], "error: note.txt: text that begins with 'a note', which is not read. Save the plan as"),
         (["info", "home.svg"], "Set --scale."),
         (["info", "grey.png"], "Give it: --scale 0.05\n"),
         (["info", "home.svg", "--scale", "0.01", "--reader", "sgv"], "--reader sgv: no such reader"),

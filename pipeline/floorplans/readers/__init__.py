@@ -1,5 +1,6 @@
 """Readers of floor plans, one per format, found by name or by a look into the file."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
@@ -10,7 +11,9 @@ from pipeline.floorplans.manifest import PATTERN, Manifest, find_manifest
 from pipeline.floorplans.paper import without_paper
 from pipeline.floorplans.plan import FloorPlan, GridPlan
 from pipeline.floorplans.readers.amrl_vector_maps import AmrlVectorMaps
+from pipeline.floorplans.readers.asked import read_as_asked, say_unused
 from pipeline.floorplans.readers.dxf import Dxf
+from pipeline.floorplans.readers.foreign import look_of, sentence_of
 from pipeline.floorplans.readers.houseexpo import HouseExpo
 from pipeline.floorplans.readers.ifc import Ifc
 from pipeline.floorplans.readers.imdf import Imdf
@@ -43,8 +46,10 @@ __all__ = [
     "Reader",
     "classify",
     "find_plan_files",
+    "nothing_found",
     "read_plan_file",
     "read_plans",
+    "say_unused",
 ]
 
 # In the order in which they are asked: narrow formats first, any picture last.
@@ -70,6 +75,9 @@ _ALL: tuple[Reader, ...] = (
     RasterPicture(),
 )
 READERS: dict[str, Reader] = {reader.name: reader for reader in _ALL}
+
+_MOST_LOOKS = 100  # files that are looked at to say what a folder without a plan holds
+_SHOWN = 4
 
 # What a file may be.
 PLAN, COMPANION, UNRECOGNISED, BAD = "plan", "companion", "unrecognised", "bad"
@@ -113,17 +121,26 @@ def find_plan_files(root: Path, reader_name: str | None = None) -> list[Path]:
     if root.is_file():
         return [root]
     files = [lone_file(path) for path in sorted(root.rglob("*")) if path.is_file()]
-    found = [entry.file.path for entry in classify(files, reader_name) if entry.role in (PLAN, BAD)]
+    classified = classify(files, reader_name)
+    found = [entry.file.path for entry in classified if entry.role in (PLAN, BAD)]
     if not found:
-        raise PlanError(nothing_found(root, reader_name))
+        raise PlanError(nothing_found(root, reader_name, classified))
     return found
 
 
-def nothing_found(root: Path, reader_name: str | None) -> str:
-    """Return the sentence that says what was looked for below ``root`` in vain."""
-    readers = [_named(reader_name)] if reader_name is not None else list(READERS.values())
-    patterns = dict.fromkeys(pattern for reader in readers for pattern in reader.patterns)
-    return f"plans.root = {root}: no {' or '.join(patterns)} in this folder. Is it the right one?"
+def nothing_found(root: Path, reader_name: str | None, found: Sequence[Classified] = ()) -> str:
+    """Return the sentence that says why there is no plan below ``root``, where the files ``found`` are."""
+    if reader_name is not None:
+        wanted = " or ".join(_named(reader_name).patterns)
+        return f"plans.root = {root}: no {wanted} in this folder, as {reader_name} reads. Is it the right one?"
+    others = [entry.file for entry in found if entry.role == UNRECOGNISED]
+    if not others:
+        return f"plans.root = {root}: no floor plan in this folder. Is it the right one?"
+    looks = Counter(look_of(file.path) for file in others[:_MOST_LOOKS])
+    (look, count), *more = looks.most_common()
+    kinds = "; ".join(f"{count} x {look.what}" for look, count in [(look, count), *more][:_SHOWN])
+    rest = "; ..." if len(looks) > _SHOWN or len(others) > _MOST_LOOKS else ""
+    return f"plans.root = {root}: no floor plan among {len(others)} files: {kinds}{rest}. {look.advice}."
 
 
 def read_plan_file(
@@ -140,7 +157,7 @@ def read_plan_file(
         raise PlanError(f"{path}: no such file.")
     readers = [_named(reader_name)] if reader_name is not None else [r for r in READERS.values() if r.sniff(path)]
     if not readers:
-        raise _not_recognised(path)
+        raise PlanError(sentence_of(path, path))
     return list(read_plans(lone_file(path), readers[0], options))
 
 
@@ -155,7 +172,7 @@ def read_plans(
     given = options or ReadOptions()
     try:
         manifest = find_manifest(file)
-        for found in reader.read(file.path, given):
+        for found in read_as_asked(file.path, reader, given):
             yield _finished(found, file, manifest, given)
     except PlanError as problem:
         raise PlanError(file.named_anew(str(problem))) from problem
@@ -201,18 +218,12 @@ def _classify(file: SourceFile, named: Reader | None, *, alone: bool, of_maps: f
         if named is None and reader.sniff(file.path):
             return Classified(file=file, role=PLAN, reader=reader)
     if named is None and (alone or any(_fits(file.path, reader) for reader in READERS.values())):
-        return Classified(file=file, role=BAD, problem=_not_recognised(file.original))
+        return Classified(file=file, role=BAD, problem=PlanError(sentence_of(file.original, file.path)))
     return Classified(file=file, role=UNRECOGNISED)
 
 
 def _fits(path: Path, reader: Reader) -> bool:
     return any(fnmatch(path.name.lower(), pattern.lower()) for pattern in reader.patterns)
-
-
-def _not_recognised(path: Path) -> PlanError:
-    return PlanError(
-        f"{path}: not recognised as {' or '.join(READERS)}. Name the format in plans.reader, or move it away."
-    )
 
 
 def _named(name: str) -> Reader:
