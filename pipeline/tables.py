@@ -8,6 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from pipeline.errors import TableError
+from pipeline.files import check_sum
 
 _KEY = b"hinterland"
 
@@ -24,14 +25,15 @@ def table_schema(table: str, version: int, columns: Sequence[pa.Field]) -> pa.Sc
 
 
 def read_table(path: Path, schema: pa.Schema, *, stage: str) -> pa.Table:
-    """Read ``path`` and check that it is the table that ``schema`` describes.
+    """Read ``path`` and check that it is whole and the table that ``schema`` describes.
 
     Raises:
-        TableError: the file is missing, unreadable, another table or another version; names the stage to run.
+        TableError: the file is missing, damaged, another table or another version; names the stage to run.
     """
     remedy = f"Run `dvc repro {stage}` (or `python -m pipeline.stages.{stage}`)."
     if not path.is_file():
         raise TableError(f"{path}: no such file. {remedy}")
+    check_sum(path, f"Run `dvc repro -f {stage}` (or `python -m pipeline.stages.{stage}`).")
     try:
         table: pa.Table = pq.read_table(path)
     except (pa.ArrowException, OSError) as problem:

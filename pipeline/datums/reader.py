@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from pipeline.datums.schema import BEAMS, DATUM_SCHEMA, DATUM_VERSION, METADATA_KEY, DatumRows, stack
 from pipeline.errors import TableError
+from pipeline.files import check_sum
 
 _ROWS_AT_ONCE: Final = 2048
+REMEDY: Final = "Run `dvc repro -f harvest`: it makes damaged shards anew and keeps the others."
 
 
 def read_datums(folder: Path, splits: Sequence[str] | None = None) -> DatumRows:
@@ -54,6 +56,7 @@ def read_tables(
     if not shards:
         raise TableError(f"{folder} holds no datums (part-*.parquet expected): run the harvest stage first.")
     for path in shards:
+        check_sum(path, REMEDY)
         try:
             with pq.ParquetFile(path) as file:
                 _check_version(path, file.schema_arrow)

@@ -8,9 +8,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from pipeline.datums.reader import REMEDY
 from pipeline.datums.schema import BEAMS, DATUM_SCHEMA, MAP_VIEW, DatumRows
 from pipeline.errors import TableError
-from pipeline.files import write_table
+from pipeline.files import check_sum, write_table
 
 
 def shard_path(folder: Path, index: int) -> Path:
@@ -43,6 +44,7 @@ def digest(folder: Path) -> str:
     """
     columns = [hashlib.sha256() for _ in DATUM_SCHEMA]
     for path in sorted(folder.glob("part-*.parquet")):
+        check_sum(path, REMEDY)
         try:
             table = pq.read_table(path).select(DATUM_SCHEMA.names)
         except (OSError, KeyError, pa.ArrowException) as error:

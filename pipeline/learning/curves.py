@@ -7,7 +7,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from pipeline.errors import TableError
-from pipeline.files import write_table
+from pipeline.files import check_sum, write_table
 
 CURVE_SCHEMA: Final[pa.Schema] = pa.schema(
     [
@@ -41,6 +41,7 @@ def read_curves(path: Path, *, until: int) -> list[CurvePoint]:
     """
     if not path.is_file():
         return []
+    check_sum(path, "Delete it and run train again.")
     try:
         rows = pq.read_table(path, schema=CURVE_SCHEMA).to_pylist()
     except (OSError, pa.ArrowException) as error:

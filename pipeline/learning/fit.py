@@ -16,10 +16,10 @@ from lightning.pytorch.loggers import Logger
 
 from models.subgoals import SubgoalNet, SubgoalTraining, TargetScaling
 from pipeline.errors import TableError
-from pipeline.files import remove_partials
+from pipeline.files import damage, remove_partials
 from pipeline.learning.batches import Batches
 from pipeline.learning.examples import Examples
-from pipeline.learning.looks import BEST, LAST, MARK, Bar, Looks
+from pipeline.learning.looks import BEST, CURVES, LAST, MARK, Bar, Looks
 from pipeline.learning.scaling import fit_scaling
 from pipeline.randomness import stream
 
@@ -161,6 +161,10 @@ def _steps_done(path: Path, fingerprint: str, steps: int) -> int:
     """Return the steps that the checkpoint at ``path`` saves us: 0 unless it belongs to this very training."""
     if not path.is_file():
         return 0
+    for name in (LAST, BEST, CURVES):
+        if wrong := damage(path.with_name(name)):
+            _LOG.warning("%s: starting anew.", wrong)
+            return 0
     try:
         mark = _load(path).get(MARK, {})
     except TableError as error:

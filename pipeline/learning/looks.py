@@ -92,7 +92,7 @@ class Looks(Callback):
         self._save(trainer, LAST)
 
     def _save(self, trainer: Trainer, name: str) -> None:
-        with replacing(self.folder / name) as scratch:
+        with replacing(self.folder / name, summed=True) as scratch:
             trainer.save_checkpoint(scratch)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import TableError
-from pipeline.files import replacing
+from pipeline.files import check_sum, replacing
 from pipeline.learning.calibration import Calibration
 
 WEIGHTS_VERSION: Final = 1
@@ -45,7 +45,7 @@ def save_weights(path: Path, header: NetworkHeader, arrays: Arrays) -> None:
 
     content = asdict(header) | {"kind": _KIND, "version": WEIGHTS_VERSION, "calibration": header.calibration._asdict()}
     ordered = {name: np.ascontiguousarray(arrays[name], dtype=np.float32) for name in sorted(arrays)}
-    with replacing(path) as scratch:
+    with replacing(path, summed=True) as scratch:
         scratch.write_bytes(save(ordered, metadata={_KEY: json.dumps(content, sort_keys=True)}))
 
 
@@ -58,6 +58,7 @@ def load_weights(path: Path) -> tuple[NetworkHeader, Arrays]:
 
     if not path.is_file():
         raise TableError(f"{path} does not exist: run the train stage first.")
+    check_sum(path, "Run `dvc repro -f train`: with its checkpoints whole, it writes the same weights at once.")
     try:
         with safe_open(path, framework="numpy") as file:
             marks = (file.metadata() or {}).get(_KEY)

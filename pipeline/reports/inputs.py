@@ -9,6 +9,7 @@ import pyarrow as pa
 
 from pipeline.errors import TableError
 from pipeline.evaluation.trials import EpisodeRow, read_episodes, read_estimates, read_trials
+from pipeline.files import check_sum
 from pipeline.reports.training import Curves, read_curves
 
 
@@ -66,6 +67,7 @@ def read_inputs(artifacts: Path) -> ReportInputs:
 
 
 def _read_json(path: Path) -> dict[str, Any]:
+    check_sum(path, f"Run `dvc repro -f {path.parent.name}`.")
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pipeline.errors import TableError
+from pipeline.files import check_sum
 from pipeline.reports.style import BLUE, GRID, ORANGE, dress, new_figure
 
 Curves = dict[str, dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]]
@@ -24,6 +25,7 @@ def read_curves(path: Path) -> Curves:
 
     Raises TableError for a damaged file or missing columns.
     """
+    check_sum(path, "Run `dvc repro -f train`.")
     try:
         table = pq.ParquetFile(path).read()
     except (pa.ArrowInvalid, OSError) as error:

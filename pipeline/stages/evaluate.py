@@ -22,7 +22,7 @@ from pipeline.evaluation.trials import (
     write_estimates,
     write_trials,
 )
-from pipeline.files import write_json, write_table
+from pipeline.files import check_sum, digest_file, write_json, write_table
 from pipeline.grids.distances import NOWHERE
 from pipeline.grids.occupancy import center_of
 from pipeline.grids.store import PackedWorld, Pair, read_packed_worlds, read_pairs
@@ -33,7 +33,7 @@ from pipeline.simulation.trial import require_possible
 from pipeline.simulation.world import World, make_world
 from pipeline.stages.door import StageResult, launch, typed, workspace
 from pipeline.stages.settings import PlannerConfig, RobotConfig, SensorConfig, require
-from pipeline.stages.units import digest_code, digest_file, run_units
+from pipeline.stages.units import digest_code, run_units
 from pipeline.systems.subgoals.competition import PLANNERS, Drive, Rules, drive
 from pipeline.systems.subgoals.estimator import LearnedEstimator
 from pipeline.systems.subgoals.planner import SubgoalPlanner
@@ -249,7 +249,10 @@ def _episode_row(pair: Pair, world: World, found: Drive) -> EpisodeRow:
 
 
 def _merge(parts: Path, name: str, target: Path) -> pa.Table:
-    table = pa.concat_tables([pq.read_table(part / f"{name}.parquet") for part in sorted(parts.glob("part-*"))])
+    files = [part / f"{name}.parquet" for part in sorted(parts.glob("part-*"))]
+    for file in files:
+        check_sum(file, "Run `dvc repro -f evaluate`: it makes damaged parts anew and keeps the others.")
+    table = pa.concat_tables([pq.read_table(file) for file in files])
     write_table(target, table)
     return table
 

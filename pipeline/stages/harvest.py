@@ -9,14 +9,14 @@ from omegaconf import DictConfig
 
 from pipeline.datums import Datum, digest, shard_path, stack, summarise, write_shard
 from pipeline.errors import TableError
-from pipeline.files import write_json
+from pipeline.files import digest_file, write_json
 from pipeline.grids.store import PackedWorld, Pair, read_packed_worlds, read_pairs
 from pipeline.randomness import stream
 from pipeline.simulation.lidar import make_lidar
 from pipeline.simulation.world import make_world
 from pipeline.stages.door import StageResult, launch, typed, workspace
 from pipeline.stages.settings import RobotConfig, SensorConfig, require
-from pipeline.stages.units import digest_code, digest_file, run_units
+from pipeline.stages.units import digest_code, run_units
 from pipeline.systems.subgoals.harvest import Origin, harvest_trial
 
 CODE = ("grids", "planning", "simulation", "datums", "systems/subgoals")

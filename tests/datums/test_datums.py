@@ -10,6 +10,7 @@ from pipeline.datums import DATUM_SCHEMA, digest, read_datums, shard_path, stack
 from pipeline.datums.schema import METADATA_KEY
 from pipeline.datums.writer import to_table
 from pipeline.errors import TableError
+from pipeline.files import write_sum
 from tests.datums.rows import make_datum, make_datums
 
 
@@ -68,6 +69,7 @@ def test_the_digest_sees_content_not_encoding_or_sharding(tmp_path: Path) -> Non
     two.mkdir()
     for index, part in enumerate((rows[:1], rows[1:])):
         pq.write_table(to_table(stack(part)), shard_path(two, index), compression="snappy", row_group_size=2)
+        write_sum(shard_path(two, index))
     assert digest(one) == digest(two)
     write_shard(shard_path(other, 0), stack([*rows[:-1], rows[-1]._replace(weight_m=0.5)]))
     assert digest(other) != digest(one)
@@ -135,6 +137,9 @@ def test_a_bad_shard_is_named(tmp_path: Path, damage: object, message: str) -> N
     path = shard_path(tmp_path, 0)
     write_shard(path, stack(make_datums(3)))
     damage(path)  # type: ignore[operator]
+    with pytest.raises(TableError, match=r"part-000000.parquet is damaged: .* Run `dvc repro -f harvest`"):
+        read_datums(tmp_path)
+    write_sum(path)  # as a program that vouches for it would have left it
     with pytest.raises(TableError, match=message):
         read_datums(tmp_path)
 

@@ -23,7 +23,7 @@ from pipeline.evaluation.trials import (
     write_estimates,
     write_trials,
 )
-from pipeline.files import write_table
+from pipeline.files import write_sum, write_table
 from tests.evaluation.rows import table_of, trial
 
 ROWS = [trial("b/0", "learned", 2.5), trial("a/0", "optimistic", 4.0), trial("a/0", "learned", 3.0)]
@@ -133,6 +133,9 @@ def test_a_torn_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "trials.parquet"
     write_trials(path, ROWS)
     path.write_bytes(path.read_bytes()[:-20])
+    with pytest.raises(TableError, match=r"trials.parquet is damaged"):
+        read_trials(path)
+    write_sum(path)
     with pytest.raises(TableError, match="not a readable parquet file"):
         read_trials(path)
 

@@ -3,6 +3,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from pipeline.errors import TableError
+from pipeline.files import write_sum
 from pipeline.floorplans import plan as plans
 from pipeline.floorplans.checks import Checked, inspect
 from pipeline.floorplans.generators.guided_maze import MazeShape, draw_guided_maze
@@ -32,6 +33,9 @@ def test_a_missing_or_foreign_table_says_what_to_run(tmp_path):
     with pytest.raises(TableError, match=r"plans.parquet: no such file. Run `dvc repro plans`"):
         read_plans(tmp_path / "plans.parquet")
     (tmp_path / "plans.parquet").write_text("hello")
+    with pytest.raises(TableError, match=r"no checksum plans.parquet.sha256 beside it. Run `dvc repro -f plans`"):
+        read_plans(tmp_path / "plans.parquet")
+    write_sum(tmp_path / "plans.parquet")
     with pytest.raises(TableError, match="not a readable parquet file"):
         read_plans(tmp_path / "plans.parquet")
 

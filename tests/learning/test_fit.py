@@ -16,6 +16,7 @@ import torch
 from lightning.pytorch import Callback, Trainer
 
 from pipeline.errors import TableError
+from pipeline.files import write_sum
 from pipeline.learning.calibration import Calibration, calibrate
 from pipeline.learning.curves import CURVE_SCHEMA
 from pipeline.learning.examples import Examples
@@ -138,13 +139,15 @@ def test_other_data_or_settings_start_anew_and_say_so(tmp_path: Path, caplog: py
         assert "starting anew" in caplog.text
 
 
-def test_a_damaged_checkpoint_starts_anew(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize("name", ["last.ckpt", "best.ckpt", "curves.parquet"])
+def test_a_damaged_checkpoint_starts_anew(tmp_path: Path, name: str, caplog: pytest.LogCaptureFixture) -> None:
     run(tmp_path / "whole")
     run(tmp_path / "cut", small(steps=30))
-    last = tmp_path / "cut" / "last.ckpt"
-    last.write_bytes(last.read_bytes()[:1000])
+    content = bytearray((tmp_path / "cut" / name).read_bytes())
+    content[len(content) // 2] ^= 8
+    (tmp_path / "cut" / name).write_bytes(content)
     assert run(tmp_path / "cut").resumed_from == 0
-    assert "not a readable checkpoint" in caplog.text
+    assert f"{name} is damaged" in caplog.text
     assert_same_bits(tmp_path / "whole", tmp_path / "cut")
 
 
@@ -153,8 +156,11 @@ def test_a_checkpoint_that_would_run_code_is_not_loaded(tmp_path: Path, caplog: 
         def __reduce__(self) -> tuple[object, tuple[str]]:
             return os.mkdir, (str(tmp_path / "boom"),)
 
+    run(tmp_path, small(steps=30))
     torch.save({"hinterland": Bomb()}, tmp_path / "last.ckpt")
+    write_sum(tmp_path / "last.ckpt")
     assert run(tmp_path).resumed_from == 0
+    assert "not a readable checkpoint" in caplog.text
     assert not (tmp_path / "boom").exists()
 
 

@@ -8,6 +8,7 @@ from safetensors.numpy import save_file
 
 from models.subgoals import SubgoalNet
 from pipeline.errors import TableError
+from pipeline.files import write_sum
 from pipeline.learning.calibration import Calibration
 from pipeline.learning.weights import Arrays, NetworkHeader, load_weights, save_weights
 
@@ -97,6 +98,8 @@ def _missing(path: Path) -> None:
 )
 def test_a_bad_weights_file_is_named(weights: Path, damage: object, message: str) -> None:
     damage(weights)  # type: ignore[operator]
+    if weights.exists():
+        write_sum(weights)
     with pytest.raises(TableError, match=message) as caught:
         load_weights(weights)
     assert str(weights) in str(caught.value)

@@ -8,6 +8,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from pipeline.errors import ConfigError, TableError
 from pipeline.evaluation.trials import write_episodes, write_estimates, write_trials
+from pipeline.files import write_sum
 from pipeline.reports.inputs import read_inputs
 from pipeline.stages.report import report
 from tests.reports.synthetic import REMARK, write_artifacts
@@ -170,6 +171,9 @@ def test_a_damaged_file_is_named(artifacts: Path, tmp_path: Path, name: str) -> 
     root = copied(artifacts, tmp_path)
     content, message = BROKEN[name]
     (root / name).write_text(content)
+    with pytest.raises(TableError, match=rf"{Path(name).name} is damaged"):
+        report(config(root))
+    write_sum(root / name)
     with pytest.raises(TableError, match=rf"{Path(name).name}.*{message}"):
         report(config(root))
 
