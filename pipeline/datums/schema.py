@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-DATUM_VERSION: Final = 2
+DATUM_VERSION: Final = 3
 BEAMS: Final = 256
 MAP_VIEW: Final = 115  # numbers in a view of the map, see pipeline/systems/subgoals/map_inputs.py
 METADATA_KEY: Final = b"hinterland"

@@ -22,10 +22,10 @@ class Planner(Protocol):
 
 
 class Estimates(NamedTuple):
-    """What lies beyond n subgoals (LSP section 2.2).
+    """What lies beyond n subgoals (LSP section 2.2). Costs begin at the gate, see ``Surroundings.gates``.
 
     p_success: [n] probability that the subgoal leads to the goal.
-    delta_success: [n] cost of success beyond the optimistic distance subgoal -> goal [m].
+    delta_success: [n] cost of success beyond the optimistic distance gate -> goal [m].
     exploration: [n] cost of exploring in vain and coming back [m].
     """
 

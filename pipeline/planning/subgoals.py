@@ -1,5 +1,6 @@
 """A subgoal stands for one frontier: where known free space meets the space that may hold the goal."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from pipeline.grids.distances import NOWHERE, Field, Indices, Workspace, workspace_for
 from pipeline.grids.fields import MapField, RobotField
-from pipeline.grids.frontiers import find_border, group_border, renew_border
+from pipeline.grids.frontiers import find_border, find_gates, group_border, renew_border
 from pipeline.grids.partial_map import CHANGES, CLEAR, UNSEEN, PartialMap
 from pipeline.grids.zones import FRESH, GOALWARD, REACHED, REBUILT, Zones, advance, divide
 from pipeline.planning.seen import Seen
@@ -17,7 +18,8 @@ class Subgoal(NamedTuple):
     """One frontier and the cell that stands for it.
 
     cells: [k] int32 flat indices of the frontier's cells, ascending; its identity from step to step.
-    point: flat index of the frontier cell nearest to the mean of all of them.
+    point: flat index of the frontier cell nearest to the mean of all of them: where pictures and networks have it.
+        Costs are measured from the gate instead, see ``Surroundings.gates``.
     key: the frontier's identity: equal exactly when the cells are.
     """
 
@@ -45,6 +47,7 @@ class Surroundings:
     entered: Indices
     divisions: int
     work: Workspace
+    _gates: Indices | None
 
     def __init__(self, seen: Seen) -> None:
         """Look at the map of ``seen`` as it is."""
@@ -109,8 +112,24 @@ class Surroundings:
             self._ways = MapField(self._map, UNSEEN, self._goal, self.work)
         return self._ways
 
+    @property
+    def gates(self) -> Indices:
+        """Each subgoal's gate [n], its flat cell on the shortest way robot -> frontier -> goal (``find_gates``).
+
+        All costs of a subgoal, true or estimated, are measured from where its gate was when they were stated.
+        """
+        if self._gates is None:
+            reach = self.reach
+            self._gates, _ = find_gates(self.cells, self.starts, reach.values, reach.base, self.onward)
+        return self._gates
+
+    def gates_of(self, subgoals: Sequence[Subgoal]) -> list[int]:
+        """Return the gates of ``subgoals``, which are among those around."""
+        place = {subgoal.key: k for k, subgoal in enumerate(self.subgoals)}
+        return [int(self.gates[place[subgoal.key]]) for subgoal in subgoals]
+
     def _make_subgoals(self, seen: Seen) -> None:
-        self._robot = self._home(seen)
+        self._robot, self._gates = self._home(seen), None
         border = self._border if self.zones[self._goal] == GOALWARD else NOWHERE
         self.cells, self.starts, points = group_border(self.zones, self._cols, border, seen.widen, self._order)
         bounds: list[int] = self.starts.tolist()

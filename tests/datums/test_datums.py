@@ -127,7 +127,7 @@ def _missing_column(path: Path) -> None:
     ("damage", "message"),
     [
         (_cut_short, "part-000000.parquet is not a readable parquet file .* run the harvest stage again"),
-        (_older_version, "holds datums v0, this code reads datums v2: run `dvc repro harvest`"),
+        (_older_version, "holds datums v0, this code reads datums v3: run `dvc repro harvest`"),
         (_foreign, "holds no hinterland datums"),
         (_garbled_mark, "holds no hinterland datums"),
         (_missing_column, "its columns are .* expected"),

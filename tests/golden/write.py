@@ -14,10 +14,10 @@ from pipeline.simulation.trial import run_trial
 from pipeline.simulation.world import make_world
 from pipeline.systems.subgoals.perfect import PerfectEstimator
 from pipeline.systems.subgoals.planner import SubgoalPlanner
-from tests.worlds import DEAD_END, SEALED_GOAL, TWO_ROOMS, draw, small_lidar
+from tests.worlds import DEAD_END, SEALED_GOAL, TWO_ROOMS, WIDE_FRONTIERS, draw, small_lidar
 
 FOLDER = Path(__file__).parent
-WORLDS = {"two_rooms": TWO_ROOMS, "dead_end": DEAD_END, "sealed_goal": SEALED_GOAL}
+WORLDS = {"two_rooms": TWO_ROOMS, "dead_end": DEAD_END, "sealed_goal": SEALED_GOAL, "wide_frontiers": WIDE_FRONTIERS}
 
 
 def episodes(name: str) -> dict[str, Any]:

@@ -1,7 +1,8 @@
 """True labels of subgoals, from the building that the robot cannot see (LSP section 2.2 and 2.3).
 
 U is the true traversable space that the robot cannot reach through known free space, F_s the frontier of subgoal s.
-Distances from s run over U and F_s; along the frontier itself, which lies in free space, they are octile.
+Distances from s run over U and F_s; along the frontier itself, which lies in free space, they are octile. They begin at
+the gate (``Surroundings.gates``), where the planner begins to count too.
 Space that was glimpsed but is not connected to the robot by known space belongs to U: the way there is unknown.
 """
 
@@ -21,9 +22,9 @@ class Label(NamedTuple):
     """What truly lies beyond one subgoal.
 
     leads: whether the goal lies in the part of U that touches F_s.
-    success: shortest distance from s to the goal inside U and F_s [m]; inf unless it leads.
-    delta_success: ``success`` minus the optimistic distance [m], never negative; inf unless it leads.
-    exploration: 2 x (largest - smallest travel distance from s over that part of U) [m]; 0 where it leads.
+    success: shortest distance from the gate of s to the goal inside U and F_s [m]; inf unless it leads.
+    delta_success: ``success`` minus the optimistic distance gate -> goal [m], never negative; inf unless it leads.
+    exploration: 2 x (largest - smallest travel distance from the gate over that part of U) [m]; 0 where it leads.
     """
 
     leads: bool
@@ -38,13 +39,13 @@ def label_subgoals(beyond: Beyond, seen: Seen, around: Surroundings, subgoals: S
         return []
     beyond.follow()
     labels = []
-    for subgoal in subgoals:
-        success = beyond.way_to_goal(subgoal.cells, subgoal.point)
+    for subgoal, gate in zip(subgoals, around.gates_of(subgoals), strict=True):
+        success = beyond.way_to_goal(subgoal.cells, gate)
         if np.isfinite(success):
-            delta = max(0.0, success - float(around.onward[subgoal.point]))
+            delta = max(0.0, success - float(around.onward[gate]))
             labels.append(Label(True, success * seen.resolution, delta * seen.resolution, 0.0))
         else:
-            nearest, farthest = beyond.extent(subgoal.cells, subgoal.point)
+            nearest, farthest = beyond.extent(subgoal.cells, gate)
             labels.append(Label(False, np.inf, np.inf, 2.0 * (farthest - nearest) * seen.resolution))
     return labels
 

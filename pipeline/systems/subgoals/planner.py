@@ -10,7 +10,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from pipeline.errors import PlannerError
-from pipeline.grids.frontiers import find_gates
 from pipeline.planning.expected_cost import order_subgoals
 from pipeline.planning.gate_distances import GateDistances
 from pipeline.planning.protocols import Estimates, Estimator
@@ -24,6 +23,13 @@ class Properties(NamedTuple):
     p_success: float
     delta_success: float
     exploration: float
+
+
+class _Stored(NamedTuple):
+    """An estimate and the flat cell that its costs are measured from."""
+
+    properties: Properties
+    gate: int
 
 
 class Estimated(NamedTuple):
@@ -54,7 +60,7 @@ class SubgoalPlanner:
     rescale_probabilities: bool = False
     optimism: float = 0.0
     on_estimate: Callable[[Estimated], None] | None = None
-    _stored: dict[bytes, Properties] = field(default_factory=dict, init=False)
+    _stored: dict[bytes, "_Stored"] = field(default_factory=dict, init=False)
     _around: Surroundings | None = field(default=None, init=False)
     _distances: GateDistances | None = field(default=None, init=False)
 
@@ -85,29 +91,31 @@ class SubgoalPlanner:
         if asked:
             estimates = self.estimator.estimate(seen, around, asked)
             properties = _checked(estimates, len(asked), f"{type(self.estimator).__name__}, scan {seen.step + 1}")
-            kept |= {subgoal.key: found for subgoal, found in zip(asked, properties, strict=True)}
+            stored = map(_Stored, properties, around.gates_of(asked))
+            kept |= {subgoal.key: found for subgoal, found in zip(asked, stored, strict=True)}
         self._stored = kept
         if changed and self.on_estimate is not None:
-            self.on_estimate(Estimated(seen, around, changed, [kept[subgoal.key] for subgoal in changed]))
+            self.on_estimate(Estimated(seen, around, changed, [kept[subgoal.key].properties for subgoal in changed]))
 
     def _choose(self, seen: Seen, around: Surroundings, distances: GateDistances) -> int:
-        """Return the flat cell of the gate to go to."""
-        reach, onward = around.reach, around.onward
-        gates, through = find_gates(around.cells, around.starts, reach.values, reach.base, onward)
+        """Return the flat cell of the gate to go to, priced from the gates that the estimates were made for."""
+        stored = [self._stored[subgoal.key] for subgoal in around.subgoals]
+        gates = np.array([each.gate for each in stored], dtype=np.int32)
         if gates.size == 1:
             return int(gates[0])
-        stored = np.array([self._stored[subgoal.key] for subgoal in around.subgoals])
-        kept = _most_promising(stored[:, 0], through, self.max_subgoals)
-        points = gates[kept]
-        p_success, delta, exploration = stored[kept].T
+        reach, onward = around.reach.distance_to(gates), around.onward[gates]
+        p_success, delta, exploration = np.array([each.properties for each in stored]).T
+        kept = _most_promising(p_success, reach + onward, self.max_subgoals)
+        points, reach, onward = gates[kept], reach[kept], onward[kept]
+        p_success, delta, exploration = p_success[kept], delta[kept], exploration[kept]
         if self.rescale_probabilities and 0.0 < p_success.sum() < 1.0:
             p_success = p_success / p_success.sum()
         metres = seen.resolution
         order, *_ = order_subgoals(
-            reach.distance_to(points) * metres,
+            reach * metres,
             distances.between(points) * metres,
             _shift(p_success, self.optimism),
-            onward[points] * metres + delta,
+            onward * metres + delta,
             exploration,
             failure_penalty=self.failure_penalty_m,
         )
