@@ -34,6 +34,7 @@ class LocalFrame:
         """
 
         def project(degrees: NDArray[np.float64]) -> NDArray[np.float64]:
+            degrees = np.column_stack([_beside(self.longitude, degrees[:, 0]), degrees[:, 1]])
             offset = np.abs(degrees - [self.longitude, self.latitude]) * [np.cos(np.radians(self.latitude)), 1.0]
             if not (offset <= _FARTHEST_DEG).all():
                 raise PlanError(
@@ -56,6 +57,8 @@ class LocalFrame:
 def frame_around(shapes: Iterable[shapely.Geometry]) -> LocalFrame:
     """Return the frame with its origin in the middle of ``shapes``, which are in degrees (longitude, latitude).
 
+    Shapes on both sides of the 180th meridian lie beside each other, whether longitudes jump there or run on beyond it.
+
     Raises:
         PlanError: nothing to project, or coordinates that cannot be degrees, such as metres of a national grid.
     """
@@ -63,12 +66,22 @@ def frame_around(shapes: Iterable[shapely.Geometry]) -> LocalFrame:
     west, south, east, north = shapely.total_bounds(listed).tolist() if listed else [np.nan] * 4
     if np.isnan(west):
         raise PlanError("there is nothing with coordinates. Check what the file holds.")
-    if not (-180 <= west <= east <= 180 and -_NORTHERNMOST <= south <= north <= _NORTHERNMOST):
+    if not (-360 <= west <= east <= 360 and -_NORTHERNMOST <= south <= north <= _NORTHERNMOST):
         raise PlanError(
             f"coordinates reach from ({west:g}, {south:g}) to ({east:g}, {north:g}), expected degrees of longitude and "
             "latitude (WGS84). Project the file to WGS84."
         )
-    return LocalFrame((west + east) / 2, (south + north) / 2)
+    if east - west > 180:
+        longitudes = shapely.get_coordinates(listed)[:, 0] % 360
+        west, east = float(longitudes.min()), float(longitudes.max())
+    middle = np.array([(west + east) / 2])
+    return LocalFrame(float(_beside(0.0, middle)[0]), (south + north) / 2)
+
+
+def _beside(longitude: float, others: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return longitudes [degrees], those more than half a turn away from ``longitude`` a whole turn nearer to it."""
+    away = others - longitude
+    return np.where(away > 180, others - 360, np.where(away < -180, others + 360, others))
 
 
 @lru_cache(maxsize=16)

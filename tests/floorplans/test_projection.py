@@ -58,6 +58,36 @@ def test_the_frame_stands_in_the_middle():
 
 
 @pytest.mark.parametrize(
+    ("shapes", "longitude"),
+    [
+        (
+            [box(179.99, -16.8, 180, -16.77), box(-180, -16.8, -179.98, -16.77)],
+            -179.995,
+        ),  # cut in two, as RFC 7946 wants
+        ([box(179.99, -16.8, 180.02, -16.77)], -179.995),  # on beyond 180
+        ([box(-180.04, -16.8, -179.99, -16.77)], 179.985),
+        ([box(190.25, -16.8, 190.27, -16.77)], -169.74),  # from 0 to 360
+        ([LineString([(179.97, 5), (-179.99, 5.03)])], 179.99),
+    ],
+)
+def test_a_frame_on_the_180th_meridian_stands_among_its_shapes(shapes, longitude):
+    frame = frame_around(shapes)
+    assert frame.longitude == pytest.approx(longitude)
+    west, _, east, _ = shapely.total_bounds([frame.to_metres(shape) for shape in shapes])
+    middle, across = (west + east) / 2, east - west
+    assert middle == pytest.approx(0, abs=2)
+    assert 1_900 < across < 6_000
+
+
+@pytest.mark.parametrize(("west", "east"), [(179.9995, -179.9995), (-179.9995, 179.9995), (180.0005, 179.9995)])
+def test_lengths_across_the_180th_meridian_are_those_of_geodesics(west, east):
+    _, _, length = WGS84.inv(west, -16.8, east, -16.8)
+    line = LocalFrame(180.0, -16.8).to_metres(LineString([(west, -16.8), (east, -16.8)]))
+    assert line.length == pytest.approx(length, rel=1e-5)
+    assert length == pytest.approx(106.6, rel=0.01)
+
+
+@pytest.mark.parametrize(
     ("shape", "said"),
     [
         (box(413000, 5654000, 413100, 5654100), "413000.*expected degrees of longitude and latitude"),
