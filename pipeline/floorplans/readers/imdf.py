@@ -10,14 +10,13 @@ below, are no floor; fixtures and kiosks are taken off it.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import shapely
-from shapely.geometry import LineString
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import Bounds, FloorPlan, GridPlan, Room
@@ -25,10 +24,13 @@ from pipeline.floorplans.projection import LocalFrame, frame_around
 from pipeline.floorplans.readers.geojson_features import (
     Feature,
     Features,
+    Opening,
     load_features,
     mentions,
     metres_of,
+    openings_of,
     outline_of,
+    say_left_out,
     say_repaired,
 )
 from pipeline.floorplans.readers.json_file import finite_number, short_name, short_text, sniff_text
@@ -40,10 +42,10 @@ _MANIFEST = "manifest.json"
 _KINDS = "address amenity anchor building detail fixture footprint geofence kiosk level occupant opening"
 _COMPANIONS = (_MANIFEST, *(f"{kind}.geojson" for kind in f"{_KINDS} relationship section venue".split()))
 _NO_FLOOR = frozenset(("brick", "column", "concrete", "drywall", "glass", "opentobelow", "structure", "wood"))
+_STANDING = ("fixture", "kiosk")
 _WALKWAYS = ("walkway", "walkway.island")
 _OPEN = frozenset(("footbridge", "movingwalkway", "platform", "ramp", "road", "terrace", "unenclosedarea", *_WALKWAYS))
 _MOST_LEVELS = 200
-_NARROWEST_M, _WIDEST_M = 0.3, 30.0  # of an opening: a line beyond is a symbol
 _SNIFFED_BYTES = 1 << 16
 
 
@@ -84,6 +86,7 @@ class Imdf:
         for unit in found.features:
             if outline_of(unit.shape) is not None:
                 on_level.setdefault(unit.text("level_id"), []).append(unit)
+        known = {*on_level}
         if not on_level:
             raise PlanError(f"{path}: no unit has an outline, expected IMDF units as polygons. Get the file again.")
         if len(on_level) > _MOST_LEVELS:
@@ -92,7 +95,10 @@ class Imdf:
             frame = frame_around(unit.shape for units in on_level.values() for unit in units if unit.shape is not None)
         except PlanError as problem:
             raise PlanError(f"{path}: {problem}") from problem
-        venue = _Venue(path, frame, found, _load(path, "opening"), (_load(path, "fixture"), _load(path, "kiosk")))
+        others = {kind: _load(path, kind) for kind in ("opening", *_STANDING)}
+        shapeless = [unit.shape for unit in found.features if outline_of(unit.shape) is None]
+        said = (*found.remarks(), *say_left_out(shapeless, "unit", "an outline"), *_say_others(others, known))
+        venue = _Venue(path, frame, others["opening"], tuple(others[kind] for kind in _STANDING), said)
         for level in _levels(path, on_level):
             units = on_level.pop(level.identity, [])
             if not units or level.outdoor or (options.levels and not {*level.names} & {*options.levels}):
@@ -110,13 +116,16 @@ class Imdf:
 
 @dataclass(frozen=True)
 class _Venue:
-    """The files of a venue, shapes in degrees; ``openings`` is None where the venue has no such file."""
+    """The files of a venue, shapes in degrees; ``openings`` is None where the venue has no such file.
+
+    said: remarks on what of the venue was left out, whatever its level.
+    """
 
     path: Path
     frame: LocalFrame
-    units: Features
     openings: Features | None
     standing: tuple[Features | None, ...]
+    said: tuple[str, ...]
 
     def plan(self, level: _Level, units: list[Feature], options: ReadOptions) -> FloorPlan:
         """Return the plan of one level.
@@ -130,22 +139,26 @@ class _Venue:
         closed = shapely.union_all([outline for (outline, _), unit in outlined if unit.text("category") in _NO_FLOOR])
         rooms = [Room(outline, unit.text("category")) for (outline, _), unit in outlined]
         rooms = [room for room in rooms if room.label not in _NO_FLOOR]
-        passages = [_passage(line, each) for line, each in self._on_level(self.openings, level)]
+        marked = [(shape, each) for shape, each in self._on_level(self.openings, level)]
+        passages = [passage for shape, each in marked for passage in _passages(shape, each)]
         try:
             joined = free_from_rooms(
                 [Room(only_polygons(shapely.difference(room.outline, closed)), room.label) for room in rooms],
-                [passage for passage in passages if passage is not None],
+                passages,
                 wall_m=options.wall_m,
                 door_width_m=options.door_width_m,
                 open_rooms=frozenset(number for number, room in enumerate(rooms) if room.label in _OPEN),
             )
             standing = [shape for kind in self.standing for shape, _ in self._on_level(kind, level)]
             obstacles = [outline[0] for shape in standing if (outline := outline_of(shape)) is not None]
+            flat = [shape for shape in standing if outline_of(shape) is None]
             free = only_polygons(shapely.difference(joined.free, shapely.union_all(obstacles)))
         except shapely.errors.GEOSException as problem:
             raise PlanError(f"the outlines are too tangled ({problem}). Repair the drawing.") from problem
         said = say_repaired(sum(crossed for (_, crossed), _ in outlined))
         said += (f"{say_count(len(obstacles), 'fixture')} taken off the floor",) if obstacles else ()
+        said += say_left_out(flat, "fixture", "an outline")
+        said += _say_symbols([each for shape, _ in marked for each in openings_of(shape)])
         said += ("the venue has no opening.geojson: its rooms stay closed",) if self.openings is None else ()
         boxes = np.array([outline.bounds for (outline, _), _ in outlined])
         floor = f"{_stem(self.path)}.{level.names[0]}"
@@ -159,7 +172,7 @@ class _Venue:
             bounds=Bounds(*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist()),
             rooms=tuple(rooms),
             doors=joined.doors,
-            remarks=(*self.units.remarks(), *said, *joined.remarks),
+            remarks=(*self.said, *said, *joined.remarks),
         )
 
     def _on_level(self, found: Features | None, level: _Level) -> Iterator[tuple[shapely.Geometry, Feature]]:
@@ -171,15 +184,32 @@ class _Venue:
                     yield shape, feature
 
 
-def _passage(line: shapely.Geometry, opening: Feature) -> Passage | None:
-    """Return the passage that an opening marks: its middle, as wide as it is long; None where it is no line."""
-    if not isinstance(line, LineString):
-        return None
-    middle = line.interpolate(0.5, normalized=True)
+def _passages(shape: shapely.Geometry, opening: Feature) -> list[Passage]:
+    """Return the passages that an opening marks: the middle of each of its lines, as wide as that is long."""
     door = opening.properties.get("door")
     leaf = not (isinstance(door, dict) and door.get("type") == "open")
-    width = line.length if _NARROWEST_M <= line.length <= _WIDEST_M else None
-    return Passage(middle.x, middle.y, width=width, leaf=leaf)
+    return [Passage(middle.x, middle.y, width=length, leaf=leaf) for middle, length in openings_of(shape)]
+
+
+def _say_symbols(openings: Sequence[Opening]) -> tuple[str, ...]:
+    """Say how many openings have no length that is a width."""
+    count = sum(each.length is None for each in openings)
+    theirs = "is a point or a symbol and gets" if count == 1 else "are points or symbols and get"
+    return (f"{say_count(count, 'opening')} {theirs} the usual width",) if count else ()
+
+
+def _say_others(others: Mapping[str, Features | None], known: set[str]) -> tuple[str, ...]:
+    """Say what of the openings, fixtures and kiosks is damaged, has no shape, or is on a level without units."""
+    said: list[str] = []
+    for kind, found in others.items():
+        if found is None:
+            continue
+        on_level = [each for each in found.features if each.text("level_id") in known]
+        lost = len(found.features) - len(on_level)
+        said += [f"{kind}.geojson: {remark}" for remark in found.remarks()]
+        said += [f"{say_count(lost, kind)} on a level without units left out"] if lost else []
+        said += say_left_out((each.shape for each in on_level if each.shape is None), kind, "a shape")
+    return tuple(said)
 
 
 def _levels(path: Path, on_level: Mapping[str, list[Feature]]) -> list[_Level]:

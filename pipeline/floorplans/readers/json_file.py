@@ -5,7 +5,8 @@ is not what the format says. Python's reader lets NaN and Infinity pass; `finite
 """
 
 import json
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,8 @@ MOST_LINE_BYTES = 4_000_000
 MOST_COORDINATES = 1_000_000
 LARGEST_NUMBER = 1e10  # a map in millimetres with the northing of a national grid has 1e10 of them
 _MOST_LETTERS = 120
+_CHUNK = 1 << 20
+_LAP = 1024  # a pattern that is looked for is shorter
 
 
 def load_json(path: Path, *, most_bytes: int = MOST_BYTES) -> object:
@@ -90,6 +93,26 @@ def sniff_text(path: Path, size: int = 4096) -> str:
             return stream.read(size).decode("utf-8-sig", errors="replace")
     except (OSError, ValueError):  # ValueError: a null byte in the path
         return ""
+
+
+def contains_all(path: Path, patterns: Sequence[str], *, most_bytes: int = MOST_BYTES) -> bool:
+    """Return whether each of ``patterns`` is found anywhere in the first ``most_bytes`` of a file. Never raises.
+
+    What says the format may stand behind megabytes of other things: the file is looked through piece by piece.
+    ``patterns``: regular expressions, each for a text of at most 1,024 bytes.
+    """
+    wanted = [re.compile(pattern.encode()) for pattern in patterns]
+    try:
+        with path.open("rb") as stream:
+            before, left = b"", most_bytes
+            while wanted and left > 0 and (piece := stream.read(min(_CHUNK, left))):
+                left -= len(piece)
+                text = before + piece
+                wanted = [pattern for pattern in wanted if pattern.search(text) is None]
+                before = text[-_LAP:]
+    except (OSError, ValueError):  # ValueError: a null byte in the path
+        return False
+    return not wanted
 
 
 def finite_number(value: object, name: str, *, largest: float = LARGEST_NUMBER) -> float:

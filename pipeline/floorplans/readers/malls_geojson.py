@@ -14,7 +14,14 @@ import shapely
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import Bounds, FloorPlan, GridPlan, Room
 from pipeline.floorplans.projection import frame_around
-from pipeline.floorplans.readers.geojson_features import load_features, mentions, metres_of, outline_of, say_repaired
+from pipeline.floorplans.readers.geojson_features import (
+    load_features,
+    mentions,
+    metres_of,
+    outline_of,
+    say_left_out,
+    say_repaired,
+)
 from pipeline.floorplans.readers.json_file import finite_number, load_json, short_name, sniff_text
 from pipeline.floorplans.readers.reader import ReadOptions
 from pipeline.floorplans.walls import without_cavities
@@ -61,6 +68,7 @@ class MallsGeoJson:
         site, level = short_name(whole.parent.parent.name) or "mall", short_name(whole.parent.name) or "floor"
         closed = "shop or void" if len(units) == 1 else "shops and voids"
         said = [f"{len(units)} {closed} closed: only the corridors are floor"]
+        said += say_left_out([each.shape for outline, each in areas if outline is None], "feature", "an outline")
         said += say_repaired(sum(outline[1] for outline, _ in areas if outline is not None))
         bounds = Bounds(*floor[0].bounds)
         yield FloorPlan(

@@ -1,14 +1,16 @@
 """The project's own GeoJSON, in local metres: see `pipeline.floorplans.writers.geojson`, which writes it."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
-from shapely.geometry import MultiPolygon, Point, Polygon
+from shapely.geometry import MultiPoint, MultiPolygon, Point, Polygon
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.cell_areas import CellRaster
@@ -26,7 +28,7 @@ from pipeline.floorplans.plan import (
     Room,
 )
 from pipeline.floorplans.readers.geojson_features import Feature, Features, load_features, outline_of, say_repaired
-from pipeline.floorplans.readers.json_file import finite_number, short_name, short_text, sniff_text
+from pipeline.floorplans.readers.json_file import contains_all, finite_number, short_name, short_text, sniff_text
 from pipeline.floorplans.readers.reader import ReadOptions
 from pipeline.floorplans.rooms import say_count
 
@@ -35,7 +37,9 @@ VERSION = 1
 FRAME = "local metres, x to the right, y up; not longitude and latitude"
 CELL_KINDS = {FREE: "free", UNKNOWN: "unknown", CLUTTER: "clutter"}
 
-_SNIFFED_BYTES = 1 << 20  # other tools put the member behind the features
+_MARKS = ("door", "start", "goal")
+_GEOMETRY_KINDS = ("free", "room")
+_GRID_KINDS = (*CELL_KINDS.values(), "layer")
 _MOST_CELLS = 100_000_000
 _MOST_WORK = 20_000_000_000  # areas times cells: a minute
 _MOST_LAYERS = 16
@@ -56,8 +60,10 @@ class PlanGeoJson:
 
     def sniff(self, path: Path) -> bool:
         """Return whether ``path`` is a GeoJSON collection with the member that says what the plan is."""
-        text = sniff_text(path, _SNIFFED_BYTES)
-        return text.lstrip().startswith("{") and re.search(rf'"{MEMBER}"\s*:\s*\{{', text) is not None
+        # Other tools put the member behind the features: the whole file is looked through.
+        return sniff_text(path, 64).lstrip().startswith("{") and contains_all(
+            path, [rf'"{MEMBER}"\s{{0,99}}:\s{{0,99}}\{{']
+        )
 
     def accompanies(self, path: Path) -> bool:
         """Return False: a plan is one file."""
@@ -88,12 +94,21 @@ def _plan(path: Path, found: Features) -> FloorPlan | GridPlan:
         "environment": short_text(about.get("environment") or "plan_geojson"),
         "source": path.name,
         "split": split if split in _SPLITS else None,
-        "doors": tuple(_door(each, number) for number, each in enumerate(_of_kind(found, "door"))),
+        "doors": tuple(door for number, each in enumerate(_of_kind(found, "door")) for door in _doors(each, number)),
         "endpoints": None if start is None or goal is None else (start, goal),
     }
     listed = about.get("remarks")
     remarks = tuple(_line(remark) for remark in listed) if isinstance(listed, list) else ()
-    return (_grid if about["form"] == "grid" else _geometry)(about, found, shared, remarks)
+    is_grid = about["form"] == "grid"
+    remarks += _say_others(found, (*_MARKS, *(_GRID_KINDS if is_grid else _GEOMETRY_KINDS)))
+    return (_grid if is_grid else _geometry)(about, found, shared, remarks)
+
+
+def _say_others(found: Features, kinds: Sequence[str]) -> tuple[str, ...]:
+    """Say how many features are of a kind that no plan of this form has."""
+    others = Counter(kind for each in found.features if (kind := each.text("kind")) not in kinds)
+    listed = ", ".join(f"{count} of kind {kind!r}" for kind, count in others.most_common(3))
+    return (f"{say_count(others.total(), 'feature')} not read: {listed}",) if others else ()
 
 
 def _about(found: Features) -> _Properties:
@@ -186,13 +201,15 @@ def _of_kind(found: Features, kind: str) -> list[Feature]:
     return [feature for feature in found.features if feature.text("kind") == kind]
 
 
-def _door(feature: Feature, number: int) -> Door:
-    if not isinstance(feature.shape, Point):
+def _doors(feature: Feature, number: int) -> Iterator[Door]:
+    """Yield the door of a point, or those of several points in one feature."""
+    if not isinstance(feature.shape, Point | MultiPoint):
         raise PlanError(f"door {number} is no Point, expected its middle. Draw it as a point.")
     width = finite_number(feature.properties.get("width"), f"the width of door {number}")
     if width < 0:
         raise PlanError(f"the width of door {number} is {width:g} m, expected metres from 0. Correct it.")
-    return Door(feature.shape.x, feature.shape.y, width, feature.properties.get("leaf") is not False)
+    for spot in shapely.get_parts(feature.shape):
+        yield Door(spot.x, spot.y, width, feature.properties.get("leaf") is not False)
 
 
 def _location(found: Features, kind: str) -> Location | None:

@@ -14,12 +14,22 @@ import shapely
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import Bounds, FloorPlan, GridPlan, Room
 from pipeline.floorplans.projection import frame_around
-from pipeline.floorplans.readers.geojson_features import load_features, mentions, metres_of, outline_of, say_repaired
+from pipeline.floorplans.readers.geojson_features import (
+    lines_of,
+    load_features,
+    mentions,
+    metres_of,
+    outline_of,
+    polygons_of,
+    say_left_out,
+    say_repaired,
+)
 from pipeline.floorplans.readers.json_file import short_name, sniff_text
 from pipeline.floorplans.readers.reader import ReadOptions
 from pipeline.floorplans.walls import as_area, door_of, free_from_walls
 
 _SOLID = ("wall", "window", "inaccessible_space", "elevator")
+_LINES_TOO = ("wall", "window", "door")  # drawn as lines they are ``wall_m`` thick, and as wide as long
 _NOT_ROOMS = (*_SOLID, "door", "building_outline", "no_geometry")
 
 
@@ -49,11 +59,17 @@ class Wrld:
             frame = frame_around(each.shape for each in found.features if each.shape is not None)
             shapes: dict[str, list[shapely.Geometry]] = {}
             repaired = 0
+            shapeless: list[shapely.Geometry | None] = []
             for feature in found.features:
-                outline = outline_of(metres_of(feature, frame))
+                kind, shape = feature.text("type"), metres_of(feature, frame)
+                lines = lines_of(shape) if kind in _LINES_TOO else []
+                outline = None if lines and not polygons_of(shape) else outline_of(shape)
                 if outline is not None:
-                    shapes.setdefault(feature.text("type"), []).append(outline[0])
                     repaired += outline[1]
+                elif not lines:
+                    shapeless.append(shape)
+                areas = [] if outline is None else shapely.get_parts(outline[0]) if kind == "door" else [outline[0]]
+                shapes.setdefault(kind, []).extend([*areas, *lines])
         except PlanError as problem:
             raise PlanError(f"{path}: {problem}") from problem
         if not shapes.get("building_outline"):
@@ -74,5 +90,9 @@ class Wrld:
                 Room(area, kind) for kind, listed in shapes.items() if kind not in _NOT_ROOMS for area in listed
             ),
             doors=tuple(door_of(shape) for shape in doors),
-            remarks=(*found.remarks(), *say_repaired(repaired)),
+            remarks=(
+                *found.remarks(),
+                *say_left_out(shapeless, "feature", "an outline"),
+                *say_repaired(repaired),
+            ),
         )

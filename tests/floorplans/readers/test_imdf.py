@@ -113,7 +113,7 @@ def test_fixtures_and_kiosks_are_taken_off_the_floor_of_their_level(tmp_path):
     things["fixture"].append(of("fixture", box(0, 0, 5, 4), level_id="l9"))
     bare, furnished = (read(venue(tmp_path / name, **more))[0] for name, more in (("a", {}), ("b", things)))
     assert bare.free.area - furnished.free.area == pytest.approx(3.0, rel=1e-3)
-    assert furnished.remarks == ("2 fixtures taken off the floor",)
+    assert furnished.remarks == ("1 fixture on a level without units left out", "2 fixtures taken off the floor")
 
 
 def test_levels_come_from_the_lowest_up_in_one_frame(tmp_path):
