@@ -1,5 +1,6 @@
 """dvc.yaml lists what each stage really uses: the packages it imports and the sections it reads."""
 
+import importlib
 import re
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,13 @@ def test_code_dependencies_equal_the_import_graph(stage: str, graph: grimp.Impor
     used = {source_of(name) for name in {module, *graph.find_upstream_modules(module)}} - WITHOUT_EFFECT
     used -= {"pipeline/systems"}
     assert code_deps(stage) == used
+
+
+@pytest.mark.parametrize("stage", ["harvest", "evaluate"])
+def test_what_makes_finished_work_stale_is_the_code_that_dvc_watches(stage: str) -> None:
+    """A unit of work found on the disk is taken up only if all code that made it is still the same."""
+    code = importlib.import_module(f"pipeline.stages.{stage}").CODE
+    assert {f"pipeline/{package}" for package in code} == code_deps(stage) - {"pipeline/stages/units.py"}
 
 
 @pytest.mark.parametrize("stage", STAGES)

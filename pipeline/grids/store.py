@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from pipeline.errors import TableError
 from pipeline.files import write_table
 from pipeline.grids.occupancy import Cell, OccupancyGrid, Point
 from pipeline.grids.splits import SPLITS
@@ -101,14 +102,26 @@ def write_pairs(folder: Path, pairs: Iterable[Pair]) -> Path:
     return path
 
 
-def read_packed_worlds(folder: Path, split: str | None = None) -> list[PackedWorld]:
+def read_packed_worlds(
+    folder: Path, split: str | None = None, *, robot_radius_m: float | None = None
+) -> list[PackedWorld]:
     """Return the maps of ``split``, or all, in the order of the table, to be unpacked where they are needed.
 
+    robot_radius_m: the robot that is going to drive there [m]. Starts, goals and their distances hold for one radius.
+
     Raises:
-        TableError: the table is missing, unreadable or of another version.
+        TableError: the table is missing, unreadable, of another version or made for another robot.
     """
-    table = read_table(folder / "grids.parquet", GRIDS, stage="rasterize")
-    return [PackedWorld(row["plan_id"], row) for row in _rows_of(table, split)]
+    path = folder / "grids.parquet"
+    rows = _rows_of(read_table(path, GRIDS, stage="rasterize"), split)
+    for row in rows:
+        if robot_radius_m is not None and row["robot_radius_m"] != robot_radius_m:
+            raise TableError(
+                f"{path}: plan {row['plan_id']!r} was made for robot.radius_m = {row['robot_radius_m']}, this run has "
+                f"{robot_radius_m}, and starts, goals and distances hold for one radius only. Run "
+                f"`dvc repro rasterize` with this radius, or set robot.radius_m={row['robot_radius_m']}."
+            )
+    return [PackedWorld(row["plan_id"], row) for row in rows]
 
 
 def read_worlds(folder: Path, split: str | None = None) -> list[GridRecord]:

@@ -37,6 +37,9 @@ class NetworkHeader:
     """Training steps after which these weights were taken."""
     fingerprint: str = ""
     """sha256 of the data and the configuration they were trained with."""
+    made_with: dict[str, Any] = field(default_factory=dict)
+    """Settings of sensor, robot, resolution and harvest behind the data, by their whole names; see
+    pipeline.learning.provenance. Empty where the data do not say."""
 
 
 def save_weights(path: Path, header: NetworkHeader, arrays: Arrays) -> None:
@@ -82,6 +85,8 @@ def _header(path: Path, marks: str | None) -> NetworkHeader:
         found = f"a {kind} v{version}" if kind else "no hinterland network"
         raise TableError(f"{path} holds {found}, this code reads a {_KIND} v{WEIGHTS_VERSION}: run `dvc repro train`.")
     try:
+        if not isinstance(content.get("made_with", {}), dict):
+            raise TypeError("made_with is no table of settings")
         content |= {"hidden": tuple(content["hidden"]), "calibration": Calibration(**content["calibration"])}
         return NetworkHeader(**content)
     except (KeyError, TypeError) as error:

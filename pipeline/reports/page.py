@@ -279,8 +279,9 @@ _COSTS = (
     "that sum over optimistic's on the same trials. Intervals are bootstrapped over buildings, each drawn with all its "
     "trials. Trimmed slope: of the line through the origin to which 95 % of the trials are closest. RANSAC line: with "
     "an intercept and inliers within {threshold:g} m, as the authors of learned subgoal planning fit it; the two "
-    "slopes are different quantities. Median and mean are of the ratios of single trials. Lost: share of trials dearer than optimistic, and dearer by more than 10 %. The bounds read the true map, which no robot has: "
-    "perfect estimates runs the same planner with true labels, known map is the shortest path. They are not ranked."
+    "slopes are different quantities. Median and mean are of the ratios of single trials. Lost: share of trials dearer "
+    "than optimistic, and dearer by more than 10 %. The bounds read the true map, which no robot has: perfect "
+    "estimates runs the same planner with true labels, known map is the shortest path. They are not ranked."
 )
 _ERRORS = (
     "Error is predicted minus true, in metres, over the subgoals for which the cost is defined: delta success where a "

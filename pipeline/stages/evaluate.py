@@ -1,6 +1,7 @@
 """Evaluate: paired trials on unseen plans for the optimistic and the learned planner, and the two bounds."""
 
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
@@ -15,9 +16,11 @@ from pipeline.errors import TableError
 from pipeline.evaluation.cost_table import format_cost_table
 from pipeline.evaluation.ransac import THRESHOLD_M
 from pipeline.evaluation.summary import flat_metrics, summarise
+from pipeline.evaluation.telling import telling_trials
 from pipeline.evaluation.trials import (
     EpisodeRow,
     TrialRow,
+    trial_rows,
     write_episodes,
     write_estimates,
     write_trials,
@@ -26,6 +29,7 @@ from pipeline.files import check_sum, digest_file, write_json, write_table
 from pipeline.grids.distances import NOWHERE
 from pipeline.grids.occupancy import center_of
 from pipeline.grids.store import PackedWorld, Pair, read_packed_worlds, read_pairs
+from pipeline.learning.provenance import made_differently
 from pipeline.planning.protocols import Estimator
 from pipeline.randomness import stream
 from pipeline.simulation.lidar import make_lidar
@@ -33,17 +37,16 @@ from pipeline.simulation.trial import require_possible
 from pipeline.simulation.world import World, make_world
 from pipeline.stages.door import StageResult, launch, typed, workspace
 from pipeline.stages.settings import PlannerConfig, RobotConfig, SensorConfig, require
-from pipeline.stages.units import digest_code, run_units
+from pipeline.stages.units import Unit, digest_code, run_units
 from pipeline.systems.subgoals.competition import PLANNERS, Drive, Rules, drive
 from pipeline.systems.subgoals.estimator import LearnedEstimator
 from pipeline.systems.subgoals.planner import SubgoalPlanner
 
-CODE = ("grids", "planning", "simulation", "systems/subgoals", "evaluation")
-TABLES: dict[str, Callable[[Path, list[Any]], pa.Table]] = {
-    "trials": write_trials,
-    "estimates": write_estimates,
-    "episodes": write_episodes,
-}
+CODE = (
+    "stages/evaluate.py", "evaluation", "grids", "learning", "planning", "randomness.py", "simulation",
+    "systems/subgoals",
+)  # fmt: skip
+TABLES: dict[str, Callable[[Path, list[Any]], pa.Table]] = {"trials": write_trials, "estimates": write_estimates}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +59,7 @@ class EvaluateConfig:
     pairs_per_unit: int = 8
     """Start-goal pairs in one unit of work: what a killed run loses at most, per worker."""
     recorded_trials: int = 24
-    """Trials whose paths, maps and frontiers are kept for pictures."""
+    """Trials whose paths, maps and frontiers are kept for pictures: the worst, the best and typical ones."""
     weight_floor_m: float = 1.0
     """As harvest.weight_floor_m [m]."""
     ransac_threshold_m: float = THRESHOLD_M
@@ -83,11 +86,10 @@ class EvaluateConfig:
 
 @dataclass(frozen=True)
 class _Task:
-    """One unit's work: pairs, the plans they lie in, and how many of the pairs are recorded."""
+    """One unit's work: pairs and the plans they lie in."""
 
     pairs: Sequence[Pair]
     worlds: dict[str, PackedWorld]
-    recorded: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,22 +114,23 @@ def evaluate(raw: DictConfig) -> StageResult:
         network=work.folder("train") / "network.safetensors",
     )
     source, target = work.folder("rasterize"), work.folder("evaluate")
-    if "learned" in settings.evaluate.planners:
-        LearnedEstimator.load(settings.network)  # a missing or foreign file ends the stage before any trial
-    tasks = _tasks(source, settings.evaluate)
-    parts = target / "parts"
-    run_units(
-        [(parts / f"part-{index:06d}", task) for index, task in enumerate(tasks)],
-        partial(_run_unit, settings=settings),
-        parts,
-        _fingerprint(source, settings),
-        workers=work.workers,
-        label="evaluate",
-        progress=work.progress,
-    )
-    merged = {name: _merge(parts, name, target / f"{name}.parquet") for name in TABLES}
+    pairs, worlds = _trials(source, settings)
+    remarks = _remarks(settings, worlds)
+    for remark in remarks:
+        print(f"warning: {remark}", file=sys.stderr)
+    run = partial(run_units, workers=work.workers, progress=work.progress)
+    fingerprint = _fingerprint(source, settings)
+    tasks = _tasks(pairs, worlds, settings.evaluate.pairs_per_unit)
+    run(_units(target / "parts", tasks), partial(_run_unit, settings=settings), target / "parts", fingerprint,
+        label="evaluate")  # fmt: skip
+    merged = {name: _merge(target / "parts", f"{name}.parquet", target / f"{name}.parquet") for name in TABLES}
+    _record(target, merged["trials"], pairs, worlds, settings, run, fingerprint)
     summary = summarise(
-        merged["trials"], merged["estimates"], work.seed, ransac_threshold_m=settings.evaluate.ransac_threshold_m
+        merged["trials"],
+        merged["estimates"],
+        work.seed,
+        ransac_threshold_m=settings.evaluate.ransac_threshold_m,
+        remarks=remarks,
     )
     write_json(target / "summary.json", summary)
     print(format_cost_table(summary))
@@ -138,8 +141,24 @@ def evaluate(raw: DictConfig) -> StageResult:
     )
 
 
+def _remarks(settings: _Settings, worlds: dict[str, PackedWorld]) -> list[str]:
+    """Return in what these trials differ from the data that the network was made with.
+
+    Raises TableError for a missing or foreign network, before any trial is driven.
+    """
+    if "learned" not in settings.evaluate.planners:
+        return []
+    resolutions = sorted({world.row["resolution_m"] for world in worlds.values()})
+    sections = {"sensor": asdict(settings.sensor), "robot": asdict(settings.robot)}
+    present = {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
+    present["rasterize.resolution_m"] = resolutions[0] if len(resolutions) == 1 else resolutions
+    return made_differently(LearnedEstimator.load(settings.network).header.made_with, present)
+
+
 def _fingerprint(source: Path, settings: _Settings) -> dict[str, Any]:
     sections = {name: asdict(getattr(settings, name)) for name in ("evaluate", "sensor", "robot", "planner")}
+    for key in ("recorded_trials", "ransac_threshold_m"):  # they change no drive
+        del sections["evaluate"][key]
     learned = "learned" in settings.evaluate.planners
     return sections | {
         "code": digest_code(*CODE),
@@ -150,35 +169,81 @@ def _fingerprint(source: Path, settings: _Settings) -> dict[str, Any]:
     }
 
 
-def _tasks(source: Path, config: EvaluateConfig) -> list[_Task]:
-    pairs = read_pairs(source, config.split)
+def _trials(source: Path, settings: _Settings) -> tuple[list[Pair], dict[str, PackedWorld]]:
+    """Return the start-goal pairs of the split, and the plans they lie in by name."""
+    split = settings.evaluate.split
+    pairs = read_pairs(source, split)
     if not pairs:
         raise TableError(
-            f"{source / 'pairs.parquet'}: no start-goal pairs in the split {config.split!r}, expected at least one. "
+            f"{source / 'pairs.parquet'}: no start-goal pairs in the split {split!r}, expected at least one. "
             "Raise the share or count of its plans in conf/rasterize or conf/plans, or change evaluate.split."
         )
-    worlds = {world.plan_id: world for world in read_packed_worlds(source, config.split)}
-    tasks = []
-    for first in range(0, len(pairs), config.pairs_per_unit):
-        block = pairs[first : first + config.pairs_per_unit]
-        recorded = min(len(block), max(0, config.recorded_trials - first))
-        tasks.append(_Task(block, {pair.plan_id: worlds[pair.plan_id] for pair in block}, recorded))
-    return tasks
+    worlds = read_packed_worlds(source, split, robot_radius_m=settings.robot.radius_m)
+    return pairs, {world.plan_id: world for world in worlds}
+
+
+def _tasks(pairs: Sequence[Pair], worlds: dict[str, PackedWorld], size: int) -> list[_Task]:
+    blocks = [pairs[first : first + size] for first in range(0, len(pairs), size)]
+    return [_Task(block, {pair.plan_id: worlds[pair.plan_id] for pair in block}) for block in blocks]
+
+
+def _units(folder: Path, tasks: Sequence[_Task]) -> list[Unit]:
+    return [(folder / f"part-{index:06d}", task) for index, task in enumerate(tasks)]
 
 
 def _run_unit(scratch: Path, task: _Task, *, settings: _Settings) -> None:
     rows: dict[str, list[Any]] = {name: [] for name in TABLES}
+    for pair, world, drives in _drives(task, settings):
+        rows["trials"] += [_trial_row(pair, world, found) for found in drives] + [_known_map_row(pair, world)]
+        rows["estimates"] += [row for found in drives for row in found.estimates]
+    for name, write in TABLES.items():
+        write(scratch / f"{name}.parquet", rows[name])
+
+
+def _record(
+    target: Path,
+    trials: pa.Table,
+    pairs: Sequence[Pair],
+    worlds: dict[str, PackedWorld],
+    settings: _Settings,
+    run: Callable[..., int],
+    fingerprint: dict[str, Any],
+) -> None:
+    """Drive the most telling trials once more, from the same seeds, and write what pictures need of them."""
+    chosen = telling_trials(trials, settings.evaluate.recorded_trials)
+    costs = {(row.trial_id, row.planner): row.cost_m for row in trial_rows(trials)}
+    tasks = _tasks([pair for pair in pairs if pair.pair_id in set(chosen)], worlds, settings.evaluate.pairs_per_unit)
+    folder = target / "records"
+    run(_units(folder, tasks), partial(_record_unit, settings=settings, costs=costs), folder,
+        fingerprint | {"recorded": chosen}, label="record")  # fmt: skip
+    if tasks:
+        _merge(folder, "episodes.parquet", target / "episodes.parquet")
+    else:
+        write_episodes(target / "episodes.parquet", [])
+
+
+def _record_unit(scratch: Path, task: _Task, *, settings: _Settings, costs: dict[tuple[str, str], float]) -> None:
+    rows = []
+    for pair, world, drives in _drives(task, settings):
+        for found in drives:
+            before = costs[pair.pair_id, found.planner]
+            if found.episode.travelled != before:
+                raise TableError(
+                    f"trial {pair.pair_id!r} of planner {found.planner!r} took {before} m and, driven again from its "
+                    f"seed, {found.episode.travelled} m: these must be equal. Its planner is not deterministic."
+                )
+            rows.append(_episode_row(pair, world, found))
+    write_episodes(scratch / "episodes.parquet", rows)
+
+
+def _drives(task: _Task, settings: _Settings) -> Iterator[tuple[Pair, World, list[Drive]]]:
+    """Yield each pair of ``task`` with its world and the drives of all planners."""
     learned = LearnedEstimator.load(settings.network) if "learned" in settings.evaluate.planners else None
     radius = settings.robot.radius_m
     worlds = {name: make_world(name, packed.unpack().grid, radius) for name, packed in task.worlds.items()}
-    for index, pair in enumerate(task.pairs):
+    for pair in task.pairs:
         world = worlds[pair.plan_id]
-        drives = _drive_pair(pair, world, learned, settings)
-        rows["trials"] += [_trial_row(pair, world, found) for found in drives] + [_known_map_row(pair, world)]
-        rows["estimates"] += [row for found in drives for row in found.estimates]
-        rows["episodes"] += [_episode_row(pair, world, found) for found in drives if index < task.recorded]
-    for name, write in TABLES.items():
-        write(scratch / f"{name}.parquet", rows[name])
+        yield pair, world, _drive_pair(pair, world, learned, settings)
 
 
 def _drive_pair(pair: Pair, world: World, learned: Estimator | None, settings: _Settings) -> list[Drive]:
@@ -249,7 +314,7 @@ def _episode_row(pair: Pair, world: World, found: Drive) -> EpisodeRow:
 
 
 def _merge(parts: Path, name: str, target: Path) -> pa.Table:
-    files = [part / f"{name}.parquet" for part in sorted(parts.glob("part-*"))]
+    files = [part / name for part in sorted(parts.glob("part-*"))]
     for file in files:
         check_sum(file, "Run `dvc repro -f evaluate`: it makes damaged parts anew and keeps the others.")
     table = pa.concat_tables([pq.read_table(file) for file in files])

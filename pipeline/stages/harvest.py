@@ -19,7 +19,7 @@ from pipeline.stages.settings import RobotConfig, SensorConfig, require
 from pipeline.stages.units import digest_code, run_units
 from pipeline.systems.subgoals.harvest import Origin, harvest_trial
 
-CODE = ("grids", "planning", "simulation", "datums", "systems/subgoals")
+CODE = ("stages/harvest.py", "grids", "planning", "simulation", "datums", "randomness.py", "systems/subgoals")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +65,7 @@ def harvest(raw: DictConfig) -> StageResult:
     sensor, robot = typed(SensorConfig, raw, "sensor"), typed(RobotConfig, raw, "robot")
     work = workspace(raw)
     source, target = work.folder("rasterize"), work.folder("harvest")
-    tasks = [task for split in config.splits for task in _tasks(source, split, config.pairs_per_shard)]
+    tasks = [task for split in config.splits for task in _tasks(source, split, config, robot)]
     fingerprint = {
         "code": digest_code(*CODE),
         "grids": digest_file(source / "grids.parquet"),
@@ -85,10 +85,21 @@ def harvest(raw: DictConfig) -> StageResult:
         label="harvest",
         progress=work.progress,
     )
-    return _summarise(target, shards, len(tasks), resumed)
+    return _summarise(target, shards, len(tasks), resumed, _made_with(tasks, config, sensor, robot))
 
 
-def _tasks(source: Path, split: str, size: int) -> list[_Task]:
+def _made_with(
+    tasks: Sequence[_Task], config: HarvestConfig, sensor: SensorConfig, robot: RobotConfig
+) -> dict[str, object]:
+    """Return the settings that a network of these datums is bound to, by their whole names."""
+    resolutions = sorted({world.row["resolution_m"] for task in tasks for world in task.worlds.values()})
+    sections = {"sensor": asdict(sensor), "robot": asdict(robot), "harvest": asdict(config)}
+    flat = {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
+    return flat | {"rasterize.resolution_m": resolutions[0] if len(resolutions) == 1 else resolutions}
+
+
+def _tasks(source: Path, split: str, config: HarvestConfig, robot: RobotConfig) -> list[_Task]:
+    size = config.pairs_per_shard
     pairs = read_pairs(source, split)
     if not pairs:
         raise TableError(
@@ -96,7 +107,7 @@ def _tasks(source: Path, split: str, size: int) -> list[_Task]:
             f"Raise the share or count of {split} plans in conf/rasterize or conf/plans, or take it out of "
             "harvest.splits."
         )
-    worlds = {world.plan_id: world for world in read_packed_worlds(source, split)}
+    worlds = {world.plan_id: world for world in read_packed_worlds(source, split, robot_radius_m=robot.radius_m)}
     blocks = [pairs[first : first + size] for first in range(0, len(pairs), size)]
     return [_Task(block, {pair.plan_id: worlds[pair.plan_id] for pair in block}) for block in blocks]
 
@@ -125,9 +136,10 @@ def _write_shard(
     write_shard(scratch, stack(datums))
 
 
-def _summarise(target: Path, shards: Path, count: int, resumed: int) -> StageResult:
+def _summarise(target: Path, shards: Path, count: int, resumed: int, made_with: dict[str, object]) -> StageResult:
     found, whole = summarise(shards), digest(shards)
-    write_json(target / "harvest.json", found._asdict() | {"shards": count, "digest": whole})
+    counts = found._asdict() | {"shards": count, "digest": whole}
+    write_json(target / "harvest.json", counts | {"made_with": made_with})
     print(f"harvest: {found.datums} datums in {count} shards ({resumed} were there already), digest {whole[:12]}")
     return StageResult(
         metrics={"datums": float(found.datums), "leading_share": found.leading_share},

@@ -1,5 +1,6 @@
 """Train: the network of learned subgoal planning, from the datum table to weights whose loading runs no code."""
 
+import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, get_args
@@ -92,7 +93,8 @@ def train(raw: DictConfig) -> StageResult:
         progress=work.progress,
     )
     calibration = _calibration(fitted, examples["validation"], work.root) if config.calibrate else Calibration()
-    save_weights(target / "network.safetensors", _header(fitted, config, calibration), _arrays(fitted))
+    header = _header(fitted, config, calibration, _made_with(work.folder("harvest") / "harvest.json"))
+    save_weights(target / "network.safetensors", header, _arrays(fitted))
     summary = _summary(fitted, calibration, examples, config, work.root)
     write_json(target / "train.json", summary)
     _tell(summary)
@@ -159,7 +161,18 @@ def _calibration(fitted: Fitted, validation: Examples, scratch: Path) -> Calibra
     return calibrate(logits_of(fitted.net, validation, scratch), validation.leads)
 
 
-def _header(fitted: Fitted, config: TrainConfig, calibration: Calibration) -> NetworkHeader:
+def _made_with(path: Path) -> dict[str, Any]:
+    """Return the settings that the harvest was made with, as its summary at ``path`` tells; empty where it does not."""
+    if not path.is_file():
+        print(f"train: {path} is not there, so the weights will not say what sensor and robot they were made with")
+        return {}
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")).get("made_with", {}))
+    except (ValueError, TypeError, AttributeError) as error:
+        raise TableError(f"{path}: not the summary of a harvest ({error}): run `dvc repro -f harvest`.") from error
+
+
+def _header(fitted: Fitted, config: TrainConfig, calibration: Calibration, made_with: dict[str, Any]) -> NetworkHeader:
     return NetworkHeader(
         inputs=len(fitted.net.input_mean),
         hidden=tuple(config.hidden),
@@ -169,6 +182,7 @@ def _header(fitted: Fitted, config: TrainConfig, calibration: Calibration) -> Ne
         calibration=calibration,
         steps=fitted.step,
         fingerprint=fitted.fingerprint,
+        made_with=made_with,
     )
 
 

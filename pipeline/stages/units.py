@@ -98,10 +98,17 @@ def _remove(path: Path) -> None:
 
 
 def digest_code(*packages: str) -> str:
-    """Return the sha256 over the sources of ``packages`` (folders of ``pipeline``): edited code makes new work."""
+    """Return the sha256 over the sources of ``packages``, folders or files of ``pipeline``: edited code makes new work.
+
+    Raises ValueError for one that holds no source: a wrong name must not pass for code that never changes.
+    """
     root = Path(pipeline.__file__).parent
     total = hashlib.sha256()
     for package in packages:
-        for source in sorted((root / package).rglob("*.py")):
+        place = root / package
+        sources = [place] if place.is_file() else sorted(place.rglob("*.py"))
+        if not sources:
+            raise ValueError(f"{package}: no source under {root}")
+        for source in sources:
             total.update(source.relative_to(root).as_posix().encode() + source.read_bytes())
     return total.hexdigest()

@@ -6,7 +6,16 @@ import pytest
 from pipeline.errors import TableError
 from pipeline.files import write_table
 from pipeline.grids.occupancy import Cell
-from pipeline.grids.store import PAIRS, GridRecord, Pair, read_pairs, read_worlds, write_pairs, write_worlds
+from pipeline.grids.store import (
+    PAIRS,
+    GridRecord,
+    Pair,
+    read_packed_worlds,
+    read_pairs,
+    read_worlds,
+    write_pairs,
+    write_worlds,
+)
 from pipeline.tables import table_schema
 from tests.worlds import TWO_ROOMS, draw
 
@@ -26,6 +35,13 @@ def test_worlds_and_pairs_come_back_as_they_were_written(tmp_path):
     assert read_pairs(tmp_path, "test") == [PAIR]
     assert read_pairs(tmp_path, "train") == []
     assert isinstance(read_pairs(tmp_path)[0].start, Cell)
+
+
+def test_maps_made_for_another_robot_are_refused(tmp_path):
+    write_worlds(tmp_path, RECORDS)
+    assert len(read_packed_worlds(tmp_path, robot_radius_m=0.3)) == 2
+    with pytest.raises(TableError, match=r"'p' was made for robot\.radius_m = 0\.3, this run has 0\.25"):
+        read_packed_worlds(tmp_path, robot_radius_m=0.25)
 
 
 def test_a_table_of_another_version_says_what_to_run(tmp_path):

@@ -21,6 +21,7 @@ HEADER = NetworkHeader(
     calibration=Calibration(1.5, -0.25),
     steps=70,
     fingerprint="abc",
+    made_with={"sensor.max_range_m": 6.5, "robot.step_m": 0.3, "harvest.splits": ["train"], "harvest.max_steps": None},
 )
 
 
@@ -93,6 +94,7 @@ def _missing(path: Path) -> None:
         (lambda path: _rewrite(path, version=0), r"holds a subgoal_network v0, this code reads a subgoal_network v1"),
         (lambda path: _rewrite(path, hidden=[4, 5]), "array .* has shape .* expected"),
         (lambda path: _rewrite(path, surprise=1), "header does not describe a network"),
+        (lambda path: _rewrite(path, made_with=3), "made_with is no table of settings"),
         (_nan, "array head.bias holds values that are not finite"),
     ],
 )

@@ -17,6 +17,8 @@ from omegaconf import DictConfig, OmegaConf
 
 from pipeline.datums import read_blocks, shard_path, stack, write_shard
 from pipeline.errors import ConfigError, TableError
+from pipeline.files import write_json
+from pipeline.learning.weights import load_weights
 from pipeline.simulation.trial import Ending, run_trial
 from pipeline.simulation.world import make_world
 from pipeline.stages.door import typed
@@ -65,6 +67,26 @@ def test_datums_become_weights_that_a_planner_can_use(tmp_path: Path) -> None:
     assert 0 < estimates.p_success[0] < 1
     assert result.model is not None
     assert result.model.outputs.shape == (16, 3)
+
+
+def test_weights_say_what_their_datums_were_made_with(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    made_with = {"sensor.max_range_m": 7.5, "robot.merge_m": 0.4, "rasterize.resolution_m": [0.1, 0.2]}
+    for artifacts in (tmp_path / "told", tmp_path / "untold"):
+        write_datums(artifacts)
+    write_json(tmp_path / "told" / "harvest" / "harvest.json", {"datums": 120, "made_with": made_with})
+    found = []
+    for artifacts in (tmp_path / "told", tmp_path / "untold"):
+        train(configuration(artifacts))
+        found.append(load_weights(artifacts / "train" / "network.safetensors")[0].made_with)
+    assert found == [made_with, {}]
+    assert capsys.readouterr().out.count("the weights will not say what sensor and robot they were made with") == 1
+
+
+def test_a_harvest_summary_that_is_none_is_named(tmp_path: Path) -> None:
+    write_datums(tmp_path)
+    (tmp_path / "harvest" / "harvest.json").write_text("{", encoding="utf-8")
+    with pytest.raises(TableError, match=r"harvest\.json: not the summary of a harvest"):
+        train(configuration(tmp_path))
 
 
 def test_a_network_may_read_the_map(tmp_path: Path) -> None:
