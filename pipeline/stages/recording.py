@@ -11,7 +11,7 @@ from omegaconf import DictConfig, OmegaConf
 from pipeline.errors import ConfigError
 from pipeline.stages.checking import typed
 from pipeline.stages.settings import TrackingConfig
-from pipeline.tracking import Dataset, Destination, Model, Run, log_run
+from pipeline.tracking import Dataset, Destination, Model, Run, is_news, keep, known_outage, log_run, note_outage
 
 _SHARED_SECTIONS = ("sensor", "robot", "planner")
 
@@ -44,11 +44,13 @@ def tracker(raw: DictConfig) -> Destination | None:
     name = config.experiment or raw.get("experiment_name")
     if not isinstance(name, str) or not name:
         raise ConfigError(f"experiment_name = {name!r}: expected a name (conf/config.yaml or conf/experiment/)")
-    return Destination.chosen(uri=config.uri, experiment=name) if config.enabled else None
+    if not config.enabled:
+        return None
+    return Destination.chosen(uri=config.uri, experiment=name, artifacts=Path(raw.get("artifacts") or "artifacts"))
 
 
 def record_run(stage: str, raw: DictConfig, result: StageResult) -> None:
-    """Log ``result`` as the run ``stage``. The outputs exist already, so a failing store costs only a warning."""
+    """Log ``result`` as the run ``stage``. A store that fails costs one warning; the run is kept for later."""
     destination = tracker(raw)
     if destination is None:
         return
@@ -65,11 +67,30 @@ def record_run(stage: str, raw: DictConfig, result: StageResult) -> None:
         model=result.model,
         run_id=result.run_id,
     )
+    if known_outage(destination.spool) is None:
+        try:
+            log_run(destination, run)
+        except Exception as error:
+            note_outage(destination.spool, error)
+        else:
+            return
+    _keep(destination, run)
+
+
+def _keep(destination: Destination, run: Run) -> None:
+    """Keep ``run`` beside the outputs; warn where the store failed in this stage and not in one before it."""
+    reason, warn = known_outage(destination.spool) or "", is_news(destination.spool)
     try:
-        log_run(destination, run)
-    except Exception as error:
-        reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
-        print(f"warning: {stage} is finished, but was not logged to {destination.uri}: {reason}", file=sys.stderr)
+        place = f"It is kept in {keep(destination, run, reason)}"
+    except OSError as error:
+        place, warn = f"Nor could it be kept in {destination.spool} ({error.strerror or error})", True
+    if warn:
+        print(
+            f"warning: {run.name} is finished, but was not logged to {destination.shown}: {reason}. {place}",
+            file=sys.stderr,
+        )
+    else:
+        print(f"{run.name}: not logged to {destination.shown}, which failed before. {place}")
 
 
 def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
