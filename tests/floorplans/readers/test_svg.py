@@ -11,6 +11,7 @@ from pipeline.errors import PlanError
 from pipeline.floorplans.plan import FloorPlan
 from pipeline.floorplans.readers import READERS, read_plan_file
 from pipeline.floorplans.readers import svg as svg_module
+from pipeline.floorplans.readers import svg_tree
 from pipeline.floorplans.readers.svg import Svg
 from pipeline.floorplans.sources import open_source
 from tests.floorplans.readers.drawing_samples import (
@@ -207,8 +208,7 @@ def test_copies_and_damaged_shapes_are_counted_in_remarks(tmp_path):
     uses = '<use href="#a"/>' * 2
     plan = read(write(tmp_path, wall(door()), group("Wall", *bad), uses))
     check_house(plan)
-    assert plan.remarks[0] == "2 copies by <use> were left out"
-    assert plan.remarks[1].endswith("shapes could not be read and were left out")
+    assert plan.remarks == ("2 <use>s left out: nothing in this file to copy", "5 shapes left out: could not be read")
 
 
 def test_an_outline_that_crosses_itself_is_repaired_and_said(tmp_path):
@@ -272,7 +272,7 @@ def test_a_bad_file_gives_one_clear_error(tmp_path, case):
 
 def test_too_large_a_drawing_is_refused(tmp_path, monkeypatch):
     file = write(tmp_path, wall(door()))
-    monkeypatch.setattr(svg_module, "_MOST_ELEMENTS", 5)
+    monkeypatch.setattr(svg_tree, "_MOST_ELEMENTS", 5)
     assert "more than 5 elements or 100 groups in each other." in refusal(Svg(), file)
     monkeypatch.setattr(svg_module, "_MOST_BYTES", 100)
     assert "more than 100 bytes, at most that many are read. Simplify it." in refusal(Svg(), file)
