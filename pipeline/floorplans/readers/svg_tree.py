@@ -222,7 +222,7 @@ class Tree:
         via = place.via | {id(element)}
         start = Place(element, said, matrix, Meaning("clip"), inherited({}, said), place.viewport)
         parts: list[Area] = []
-        for shape in self._walk(start._replace(depth=place.depth + 1, via=via)):
+        for shape in self._walk(self._clipped(start._replace(depth=place.depth + 1, via=via))):
             if shape.hidden or not is_visible(shape.style):
                 continue
             try:
@@ -230,7 +230,8 @@ class Tree:
                 rings = [shape.matrix.apply(corners) for corners, _ in outlines if len(corners) > 2]
                 nonzero = shape.style.get("clip-rule", "").lower() != "evenodd"
                 if rings:
-                    parts.append(filled(rings, nonzero=nonzero, name=self._name)[0])
+                    area, _ = filled(rings, nonzero=nonzero, name=self._name)
+                    parts.append(as_area(self.cut(area, shape.clip)))
             except PARSER_ERRORS:
                 self.tally.damaged += 1
         self._clips[id(element)] = area = as_area(shapely.union_all(parts)) if parts else MultiPolygon()

@@ -9,9 +9,8 @@ from shapely.geometry import LineString, Polygon
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import FloorPlan
-from pipeline.floorplans.readers import READERS, read_plan_file
+from pipeline.floorplans.readers import READERS, read_plan_file, svg_tree
 from pipeline.floorplans.readers import svg as svg_module
-from pipeline.floorplans.readers import svg_tree
 from pipeline.floorplans.readers.svg import Svg
 from pipeline.floorplans.sources import open_source
 from tests.floorplans.readers.drawing_samples import (
