@@ -11,11 +11,14 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from pipeline.datums.schema import BEAMS, DATUM_SCHEMA, DATUM_VERSION, METADATA_KEY, DatumRows, stack
+from pipeline.datums.schema import DATUM_COLUMNS, DATUM_VERSION, METADATA_KEY, DatumRows, datum_schema, stack
 from pipeline.errors import TableError
 from pipeline.files import check_sum
 
 _ROWS_AT_ONCE: Final = 2048
+_MOST_BEAMS: Final = 2**20  # a number beyond is damage
+_EMPTY: Final = "{} holds no datums (part-*.parquet expected): run the harvest stage first."
+_UNREADABLE: Final = "{} is not a readable parquet file ({}): delete it and run the harvest stage again."
 REMEDY: Final = "Run `dvc repro -f harvest`: it makes damaged shards anew and keeps the others."
 
 
@@ -27,7 +30,7 @@ def read_datums(folder: Path, splits: Sequence[str] | None = None) -> DatumRows:
     """
     parts = list(read_blocks(folder, splits))
     if not parts:
-        return stack([])
+        return stack([], beams=beams_in(folder))
     return DatumRows(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
@@ -42,7 +45,7 @@ def read_blocks(
         if splits is not None:
             table = table.filter(pc.is_in(table["split"], pa.array(list(splits), type=pa.string())))
         if len(table):
-            yield DatumRows(*(_values(table[field.name].combine_chunks()) for field in DATUM_SCHEMA))  # type: ignore[arg-type]
+            yield DatumRows(*(_values(table[name].combine_chunks()) for name in DATUM_COLUMNS))  # type: ignore[arg-type]
 
 
 def read_tables(
@@ -54,21 +57,41 @@ def read_tables(
     """
     shards = sorted(folder.glob("part-*.parquet"))
     if not shards:
-        raise TableError(f"{folder} holds no datums (part-*.parquet expected): run the harvest stage first.")
+        raise TableError(_EMPTY.format(folder))
+    beams = None
     for path in shards:
         check_sum(path, REMEDY)
         try:
             with pq.ParquetFile(path) as file:
-                _check_version(path, file.schema_arrow)
+                found = _beams_of(path, file.schema_arrow)
+                if found != (beams or found):
+                    raise TableError(
+                        f"{path} holds scans of {found} ranges, the shards before it of {beams}, expected one number "
+                        f"in all of {folder}: delete the folder and run the harvest stage again."
+                    )
+                beams = found
                 for batch in file.iter_batches(rows_at_once, columns=columns):
                     yield pa.Table.from_batches([batch])
         except (OSError, pa.ArrowException) as error:
-            raise TableError(
-                f"{path} is not a readable parquet file ({error}): delete it and run the harvest stage again."
-            ) from error
+            raise TableError(_UNREADABLE.format(path, error)) from error
 
 
-def _check_version(path: Path, found: pa.Schema) -> None:
+def beams_in(folder: Path) -> int:
+    """Return how many ranges the scans of the table in ``folder`` have.
+
+    Raises TableError as :func:`read_datums` does.
+    """
+    shards = sorted(folder.glob("part-*.parquet"))
+    if not shards:
+        raise TableError(_EMPTY.format(folder))
+    try:
+        return _beams_of(shards[0], pq.read_schema(shards[0]))
+    except (OSError, pa.ArrowException) as error:
+        raise TableError(_UNREADABLE.format(shards[0], error)) from error
+
+
+def _beams_of(path: Path, found: pa.Schema) -> int:
+    """Return how many ranges a scan has in the shard of schema ``found``, which must be of this version."""
     try:
         marks = dict(json.loads((found.metadata or {}).get(METADATA_KEY, b"{}")))
     except (TypeError, ValueError):
@@ -77,11 +100,14 @@ def _check_version(path: Path, found: pa.Schema) -> None:
     if marks.get("table") != "datums" or version != DATUM_VERSION:
         described = f"datums v{version}" if marks.get("table") == "datums" else "no hinterland datums"
         raise TableError(f"{path} holds {described}, this code reads datums v{DATUM_VERSION}: run `dvc repro harvest`.")
-    if not found.equals(DATUM_SCHEMA):
+    beams = marks.get("beams")
+    if not isinstance(beams, int) or not 0 < beams < _MOST_BEAMS or not found.equals(datum_schema(beams)):
         raise TableError(
-            f"{path} says datums v{version} but its columns are {found.names}, expected {DATUM_SCHEMA.names} "
-            "with the types of pipeline/datums/schema.py: delete it and run the harvest stage again."
+            f"{path} says datums v{version} of {beams} ranges a scan but its columns are {found.names}, expected "
+            f"{list(DATUM_COLUMNS)} with the types of pipeline/datums/schema.py: delete it and run the harvest stage "
+            "again."
         )
+    return beams
 
 
 def _values(array: pa.Array) -> NDArray[np.generic]:
@@ -90,7 +116,7 @@ def _values(array: pa.Array) -> NDArray[np.generic]:
         shared = np.asarray(words.dictionary.to_pylist() or [""], dtype=object)
         return np.asarray(shared[words.indices.to_numpy()])
     if pa.types.is_fixed_size_list(array.type):
-        return np.asarray(array.flatten().to_numpy()).reshape(-1, BEAMS)
+        return np.asarray(array.flatten().to_numpy()).reshape(-1, array.type.list_size)
     if pa.types.is_list(array.type):
         return np.asarray(array.flatten().to_numpy()).reshape(len(array), len(array.flatten()) // max(1, len(array)))
     return np.asarray(array.to_numpy(zero_copy_only=False))

@@ -1,6 +1,7 @@
 """The datum table: one row per subgoal that a robot met while exploring, with what it led to.
 
-The version rises with every change of a column's name, type, unit or meaning; a reader refuses another version.
+The version rises with every change of a column's name, type, unit or meaning; a reader refuses another version. How
+many ranges a scan has is a property of the table, ``beams`` in its metadata: all shards of a table have as many.
 """
 
 import json
@@ -12,7 +13,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 DATUM_VERSION: Final = 3
-BEAMS: Final = 256
+BEAMS: Final = 256  # ranges in a scan, where nothing says otherwise
 MAP_VIEW: Final = 115  # numbers in a view of the map, see pipeline/systems/subgoals/map_inputs.py
 METADATA_KEY: Final = b"hinterland"
 
@@ -51,7 +52,8 @@ class Datum(NamedTuple):
 class DatumRows(NamedTuple):
     """N datums as arrays, row by row aligned.
 
-    Robot frame: origin at the robot, x ahead, y left; beam i at angle ``2 pi i / 256``, counter-clockwise.
+    Robot frame: origin at the robot, x ahead, y left; beam i of the scan at angle ``2 pi i / beams``,
+    counter-clockwise.
     """
 
     pair_id: Texts  # [N]
@@ -65,7 +67,7 @@ class DatumRows(NamedTuple):
     pose_x_m: Float64s  # [N] world frame
     pose_y_m: Float64s  # [N] world frame
     heading_rad: Float64s  # [N] world frame, counter-clockwise from x
-    ranges: Float32s  # [N, 256] m, robot frame; the sensor's maximum range where nothing was hit
+    ranges: Float32s  # [N, beams] m, robot frame; the sensor's maximum range where nothing was hit
     goal_x_m: Float32s  # [N] robot frame
     goal_y_m: Float32s  # [N] robot frame
     subgoal_x_m: Float32s  # [N] robot frame
@@ -82,8 +84,9 @@ def _column(name: str, kind: pa.DataType, unit: str, frame: str, *, nullable: bo
     return pa.field(name, kind, nullable=nullable, metadata={"unit": unit, "frame": frame})
 
 
-DATUM_SCHEMA: Final[pa.Schema] = pa.schema(
-    [
+def datum_schema(beams: int) -> pa.Schema:
+    """Return the schema of a table whose scans have ``beams`` ranges."""
+    columns = [
         *(_column(name, pa.string(), "", "") for name in ("pair_id", "plan_id", "building", "environment", "split")),
         _column("seed", pa.int64(), "", ""),
         _column("step", pa.int32(), "1", ""),
@@ -91,7 +94,7 @@ DATUM_SCHEMA: Final[pa.Schema] = pa.schema(
         _column("pose_x_m", pa.float64(), "m", "world"),
         _column("pose_y_m", pa.float64(), "m", "world"),
         _column("heading_rad", pa.float64(), "rad", "world"),
-        _column("ranges", pa.list_(pa.field("item", pa.float32(), nullable=False), BEAMS), "m", "robot"),
+        _column("ranges", pa.list_(pa.field("item", pa.float32(), nullable=False), beams), "m", "robot"),
         *(_column(name, pa.float32(), "m", "robot") for name in ("goal_x_m", "goal_y_m", "subgoal_x_m", "subgoal_y_m")),
         _column("leads_to_goal", pa.bool_(), "", ""),
         _column("delta_success_m", pa.float32(), "m", "", nullable=True),
@@ -100,18 +103,23 @@ DATUM_SCHEMA: Final[pa.Schema] = pa.schema(
         _column("frontier_cells", pa.int32(), "1", ""),
         # Of variable length, since a list of fixed length cannot be left out of a parquet file: MAP_VIEW or 0 numbers.
         _column("map_view", pa.list_(pa.field("item", pa.float32(), nullable=False)), "m, 1", "subgoal to goal"),
-    ],
-    metadata={METADATA_KEY: json.dumps({"table": "datums", "version": DATUM_VERSION}).encode()},
-)
+    ]
+    marks = {"table": "datums", "version": DATUM_VERSION, "beams": beams}
+    return pa.schema(columns, metadata={METADATA_KEY: json.dumps(marks).encode()})
 
 
-def stack(datums: Sequence[Datum]) -> DatumRows:
-    """Turn ``datums`` into columns, in order; an empty list gives zero rows."""
+DATUM_COLUMNS: Final[tuple[str, ...]] = tuple(datum_schema(BEAMS).names)
+
+
+def stack(datums: Sequence[Datum], *, beams: int = BEAMS) -> DatumRows:
+    """Turn ``datums`` into columns, in order; an empty list gives zero rows, of scans with ``beams`` ranges."""
     columns: dict[str, NDArray[np.generic]] = {}
-    for index, field in enumerate(DATUM_SCHEMA):
+    if datums:
+        beams = len(datums[0].ranges)
+    for index, field in enumerate(datum_schema(beams)):
         values = [datum[index] for datum in datums]
         if field.name == "ranges":
-            columns["ranges"] = np.asarray(values, dtype=np.float32).reshape(len(datums), BEAMS)
+            columns["ranges"] = np.asarray(values, dtype=np.float32).reshape(len(datums), beams)
         elif field.name == "map_view":
             width = MAP_VIEW if datums and datums[0].map_view is not None else 0
             columns["map_view"] = np.asarray(values if width else [], dtype=np.float32).reshape(len(datums), width)

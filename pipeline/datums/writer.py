@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from pipeline.datums.reader import REMEDY
-from pipeline.datums.schema import BEAMS, DATUM_SCHEMA, MAP_VIEW, DatumRows
+from pipeline.datums.schema import DATUM_COLUMNS, MAP_VIEW, DatumRows, datum_schema
 from pipeline.errors import TableError
 from pipeline.files import check_sum, write_table
 
@@ -31,9 +31,8 @@ def write_shard(path: Path, rows: DatumRows) -> None:
 def to_table(rows: DatumRows) -> pa.Table:
     """Return ``rows`` as a table of the current schema, checked as :func:`write_shard` says."""
     _check(rows)
-    return pa.Table.from_arrays(
-        [_array(getattr(rows, field.name), field) for field in DATUM_SCHEMA], schema=DATUM_SCHEMA
-    )
+    schema = datum_schema(rows.ranges.shape[1])
+    return pa.Table.from_arrays([_array(getattr(rows, field.name), field) for field in schema], schema=schema)
 
 
 def digest(folder: Path) -> str:
@@ -42,20 +41,22 @@ def digest(folder: Path) -> str:
     Only values count: neither compression nor row groups nor where one shard ends and the next begins.
     Raises TableError naming the file when one cannot be read.
     """
-    columns = [hashlib.sha256() for _ in DATUM_SCHEMA]
+    columns = {name: hashlib.sha256() for name in DATUM_COLUMNS}
+    kinds: dict[str, pa.DataType] = {}
     for path in sorted(folder.glob("part-*.parquet")):
         check_sum(path, REMEDY)
         try:
-            table = pq.read_table(path).select(DATUM_SCHEMA.names)
+            table = pq.read_table(path).select(list(DATUM_COLUMNS))
         except (OSError, KeyError, pa.ArrowException) as error:
             raise TableError(
                 f"{path} is not a readable datum shard: {error}. Delete it and run harvest again."
             ) from error
-        for column, total in zip(table.columns, columns, strict=True):
-            total.update(_content(column.combine_chunks()))
+        for name, total in columns.items():
+            total.update(_content(table[name].combine_chunks()))
+            kinds.setdefault(name, table[name].type)
     whole = hashlib.sha256()
-    for field, column in zip(DATUM_SCHEMA, columns, strict=True):
-        whole.update(f"{field.name}:{field.type}:{column.hexdigest()}\n".encode())
+    for name, column in columns.items():
+        whole.update(f"{name}:{kinds.get(name, '')}:{column.hexdigest()}\n".encode())
     return whole.hexdigest()
 
 
@@ -91,7 +92,9 @@ def _to_millimetres(values: NDArray[np.generic]) -> NDArray[np.float32]:
 def _check(rows: DatumRows) -> None:
     count = len(rows.pair_id)
     for name, values in rows._asdict().items():
-        expected: tuple[int, ...] = (count, BEAMS) if name == "ranges" else (count,)
+        expected: tuple[int, ...] = (count,)
+        if name == "ranges":
+            expected = (count, *values.shape[1:2])
         if name == "map_view":
             expected = (count, MAP_VIEW if values.size else 0)
         if values.shape != expected:

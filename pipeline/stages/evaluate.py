@@ -152,7 +152,7 @@ def _remarks(settings: _Settings, worlds: dict[str, PackedWorld]) -> list[str]:
     sections = {"sensor": asdict(settings.sensor), "robot": asdict(settings.robot)}
     present = {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
     present["rasterize.resolution_m"] = resolutions[0] if len(resolutions) == 1 else resolutions
-    return made_differently(LearnedEstimator.load(settings.network).header.made_with, present)
+    return made_differently(_load(settings).header.made_with, present)
 
 
 def _fingerprint(source: Path, settings: _Settings) -> dict[str, Any]:
@@ -238,12 +238,16 @@ def _record_unit(scratch: Path, task: _Task, *, settings: _Settings, costs: dict
 
 def _drives(task: _Task, settings: _Settings) -> Iterator[tuple[Pair, World, list[Drive]]]:
     """Yield each pair of ``task`` with its world and the drives of all planners."""
-    learned = LearnedEstimator.load(settings.network) if "learned" in settings.evaluate.planners else None
+    learned = _load(settings) if "learned" in settings.evaluate.planners else None
     radius = settings.robot.radius_m
     worlds = {name: make_world(name, packed.unpack().grid, radius) for name, packed in task.worlds.items()}
     for pair in task.pairs:
         world = worlds[pair.plan_id]
         yield pair, world, _drive_pair(pair, world, learned, settings)
+
+
+def _load(settings: _Settings) -> LearnedEstimator:
+    return LearnedEstimator.load(settings.network, input_beams=settings.sensor.input_beams)
 
 
 def _drive_pair(pair: Pair, world: World, learned: Estimator | None, settings: _Settings) -> list[Drive]:

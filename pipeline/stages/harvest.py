@@ -133,7 +133,7 @@ def _write_shard(
             map_views=config.map_views,
         )
         datums += found
-    write_shard(scratch, stack(datums))
+    write_shard(scratch, stack(datums, beams=lidar.input_beams))
 
 
 def _summarise(target: Path, shards: Path, count: int, resumed: int, made_with: dict[str, object]) -> StageResult:

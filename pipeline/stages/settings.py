@@ -12,14 +12,19 @@ class SensorConfig:
     beams: int = 1024
     """Rays cast for each scan."""
     input_beams: int = 256
-    """Ranges handed to the network; divides ``beams``."""
+    """Ranges handed to the network, 64 to 1024: a multiple of 8 that divides ``beams``. Weights are for one number."""
     max_range_m: float
     noise_m: float = 0.0
     """Standard deviation of one range [m]."""
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
-        require(self.input_beams >= 4, "sensor.input_beams", self.input_beams, "at least 4")
+        require(
+            64 <= self.input_beams <= 1024 and self.input_beams % 8 == 0,
+            "sensor.input_beams",
+            self.input_beams,
+            "64 to 1024, a multiple of 8 (headings are multiples of 45 degrees)",
+        )
         require(
             self.beams >= self.input_beams and self.beams % self.input_beams == 0,
             "sensor.beams",

@@ -25,7 +25,7 @@ from pipeline.stages.recording import tracker
 from pipeline.stages.settings import require
 from pipeline.stages.units import digest_code
 from pipeline.systems.subgoals.inputs import InputFrame, subgoal_inputs
-from pipeline.systems.subgoals.map_inputs import INPUTS_OF, map_inputs
+from pipeline.systems.subgoals.map_inputs import INPUT_KINDS, map_inputs
 from pipeline.tracking import Model, training_logger
 
 CODE = ("learning", "../models")  # the inputs' code shows in the inputs themselves
@@ -71,7 +71,7 @@ class TrainConfig:
         for name in ("success_loss_weight", "exploration_loss_weight"):
             require(getattr(self, name) >= 0, f"train.{name}", getattr(self, name), "at least 0")
         _require_one_of("target_scaling", self.target_scaling, get_args(TargetScaling))
-        _require_one_of("input_frame", self.input_frame, tuple(INPUTS_OF))
+        _require_one_of("input_frame", self.input_frame, INPUT_KINDS)
         _require_one_of("accelerator", self.accelerator, ("cpu", "gpu", "auto"))
 
 

@@ -6,8 +6,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from pipeline.datums import DATUM_SCHEMA, digest, read_datums, shard_path, stack, summarise, write_shard
-from pipeline.datums.schema import METADATA_KEY
+from pipeline.datums import datum_schema, digest, read_datums, shard_path, stack, summarise, write_shard
+from pipeline.datums.reader import beams_in
+from pipeline.datums.schema import METADATA_KEY, Datum
 from pipeline.datums.writer import to_table
 from pipeline.errors import TableError
 from pipeline.files import write_sum
@@ -40,12 +41,12 @@ def test_labels_are_null_exactly_where_they_do_not_apply() -> None:
 
 
 def test_every_number_has_a_unit_and_every_place_a_frame() -> None:
-    for field in DATUM_SCHEMA:
+    for field in datum_schema(256):
         assert set(field.metadata) == {b"unit", b"frame"}
         if field.name.endswith("_m"):
             assert field.metadata[b"unit"] == b"m"
-    assert DATUM_SCHEMA.field("subgoal_x_m").metadata[b"frame"] == b"robot"
-    assert DATUM_SCHEMA.field("pose_x_m").metadata[b"frame"] == b"world"
+    assert datum_schema(256).field("subgoal_x_m").metadata[b"frame"] == b"robot"
+    assert datum_schema(256).field("pose_x_m").metadata[b"frame"] == b"world"
 
 
 def test_only_the_asked_splits_come_back(tmp_path: Path) -> None:
@@ -98,8 +99,40 @@ def test_rows_that_contradict_themselves_are_not_written(
 
 def test_a_wrong_shape_is_named(tmp_path: Path) -> None:
     rows = stack(make_datums(3))
-    with pytest.raises(ValueError, match=r"ranges has shape \(3, 255\), expected \(3, 256\)"):
-        write_shard(shard_path(tmp_path, 0), rows._replace(ranges=rows.ranges[:, :255]))
+    with pytest.raises(ValueError, match=r"ranges has shape \(2, 256\), expected \(3, 256\)"):
+        write_shard(shard_path(tmp_path, 0), rows._replace(ranges=rows.ranges[:2]))
+
+
+def with_beams(beams: int, count: int) -> list[Datum]:
+    return [datum._replace(ranges=datum.ranges[:beams]) for datum in make_datums(count)]
+
+
+@pytest.mark.parametrize("beams", [64, 72, 128])
+def test_a_table_has_scans_of_any_one_length(tmp_path: Path, beams: int) -> None:
+    write_shard(shard_path(tmp_path, 0), stack([], beams=beams))
+    write_shard(shard_path(tmp_path, 1), stack(with_beams(beams, 3)))
+    found = read_datums(tmp_path)
+    assert beams_in(tmp_path) == beams and found.ranges.shape == (3, beams)
+    assert np.abs(found.ranges - stack(with_beams(beams, 3)).ranges).max() <= 0.00051
+    assert read_datums(tmp_path, ["test"]).ranges.shape == (0, beams)
+    assert json.loads(pq.read_schema(shard_path(tmp_path, 0)).metadata[METADATA_KEY])["beams"] == beams
+
+
+def test_scans_of_two_lengths_are_named(tmp_path: Path) -> None:
+    write_shard(shard_path(tmp_path, 0), stack(make_datums(2)))
+    write_shard(shard_path(tmp_path, 1), stack(with_beams(128, 2)))
+    with pytest.raises(TableError, match=r"part-000001.parquet holds scans of 128 ranges, the shards before it of 256"):
+        read_datums(tmp_path)
+
+
+def _other_length(path: Path) -> None:
+    marks = {METADATA_KEY: json.dumps({"table": "datums", "version": 3, "beams": 64}).encode()}
+    pq.write_table(pq.read_table(path).replace_schema_metadata(marks), path)
+
+
+def _no_length(path: Path) -> None:
+    marks = {METADATA_KEY: json.dumps({"table": "datums", "version": 3}).encode()}
+    pq.write_table(pq.read_table(path).replace_schema_metadata(marks), path)
 
 
 def _cut_short(path: Path) -> None:
@@ -131,6 +164,8 @@ def _missing_column(path: Path) -> None:
         (_foreign, "holds no hinterland datums"),
         (_garbled_mark, "holds no hinterland datums"),
         (_missing_column, "its columns are .* expected"),
+        (_other_length, "of 64 ranges a scan but its columns are"),
+        (_no_length, "of None ranges a scan but its columns are"),
     ],
 )
 def test_a_bad_shard_is_named(tmp_path: Path, damage: object, message: str) -> None:

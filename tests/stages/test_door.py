@@ -95,6 +95,17 @@ def test_a_missing_section_is_named() -> None:
 IMPOSSIBLE = [
     (SensorConfig, {"max_range_m": 0.0}, "sensor.max_range_m"),
     (SensorConfig, {"max_range_m": 10.0, "beams": 1000}, "multiple of sensor.input_beams = 256"),
+    (
+        SensorConfig,
+        {"max_range_m": 10.0, "input_beams": 56},
+        "sensor.input_beams = 56: expected 64 to 1024, a multiple",
+    ),
+    (
+        SensorConfig,
+        {"max_range_m": 10.0, "beams": 1000, "input_beams": 100},
+        "sensor.input_beams = 100: expected 64 to",
+    ),
+    (SensorConfig, {"max_range_m": 10.0, "beams": 2048, "input_beams": 2048}, "sensor.input_beams = 2048: expected"),
     (SensorConfig, {"max_range_m": 10.0, "noise_m": -0.1}, "sensor.noise_m"),
     (RobotConfig, {"radius_m": -0.1, "step_m": 0.5}, "robot.radius_m"),
     (RobotConfig, {"radius_m": 0.1, "step_m": 0.0}, "robot.step_m"),

@@ -14,6 +14,7 @@ from pipeline.learning.calibration import Calibration
 from pipeline.learning.weights import NetworkHeader, save_weights
 from pipeline.systems.subgoals.estimator import LearnedEstimator
 from pipeline.systems.subgoals.inputs import subgoal_inputs
+from pipeline.systems.subgoals.map_inputs import MAP_INPUTS
 
 CALIBRATION = Calibration(1.7, -0.4)
 
@@ -69,6 +70,44 @@ def test_it_equals_torch(tmp_path: Path, scaling: str, frame: str) -> None:
         np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.parametrize("beams", [64, 72, 512])
+@pytest.mark.parametrize("frame", ["subgoal", "robot"])
+def test_it_equals_torch_for_scans_of_any_length(tmp_path: Path, beams: int, frame: str) -> None:
+    torch.manual_seed(3)
+    net = SubgoalNet(inputs=beams + 4).eval()
+    path = save(tmp_path / "network.safetensors", net, frame=frame, inputs=beams + 4)
+    estimator = LearnedEstimator.load(path, input_beams=beams)
+    rng = np.random.default_rng(beams)
+    ranges, goal, subgoals = rng.uniform(0, 10, beams), rng.normal(0, 8, 2), rng.normal(0, 5, (3, 2))
+    inputs = subgoal_inputs(ranges, goal, subgoals, frame=frame)  # type: ignore[arg-type]
+    assert estimator.beams == beams and inputs.shape == (3, beams + 4)
+    with torch.no_grad():
+        expected = SubgoalPredictor(net, slope=CALIBRATION.slope, offset=CALIBRATION.offset)(torch.from_numpy(inputs))
+    found = np.stack(estimator.estimate_scan(ranges, goal, subgoals), axis=1)
+    np.testing.assert_allclose(found, expected.numpy(), rtol=1e-5, atol=1e-5)
+
+
+def test_a_sensor_of_other_beams_is_refused(tmp_path: Path) -> None:
+    path = save(tmp_path / "network.safetensors", trained_like("log"))
+    with pytest.raises(
+        TableError, match=r"network.safetensors takes scans of 256 ranges, sensor.input_beams = 128: set"
+    ):
+        LearnedEstimator.load(path, input_beams=128)
+    estimator = LearnedEstimator.load(path, input_beams=256)
+    for wrong in (np.ones(128), np.ones(512), np.ones((1, 256))):
+        with pytest.raises(TableError, match=r"for one scan of 256 ranges, got ranges of shape"):
+            estimator.estimate_scan(wrong, (1.0, 0.0), [(1.0, 0.0)])
+
+
+def test_a_network_that_reads_the_map_estimates_no_scan(tmp_path: Path) -> None:
+    path = save(tmp_path / "network.safetensors", SubgoalNet(inputs=MAP_INPUTS).eval(), frame="map", inputs=MAP_INPUTS)
+    estimator = LearnedEstimator.load(path, input_beams=128)
+    assert estimator.beams is None and not estimator.lasting
+    for beams in (256, MAP_INPUTS - 4):
+        with pytest.raises(TableError, match=r"for the robot's whole map .* no estimate can be made from one scan"):
+            estimator.estimate_scan(np.ones(beams), (1.0, 0.0), [(1.0, 0.0)])
+
+
 def test_probabilities_stay_inside_and_costs_at_or_above_zero(tmp_path: Path) -> None:
     found = []
     for sign in (1.0, -1.0):
@@ -98,7 +137,9 @@ def test_one_subgoal_is_estimated_as_among_many(tmp_path: Path) -> None:
 @pytest.mark.parametrize("frame", ["world", "Subgoal"])
 def test_weights_for_other_inputs_are_refused(tmp_path: Path, frame: str) -> None:
     path = save(tmp_path / "network.safetensors", trained_like("log"), frame=frame)
-    with pytest.raises(TableError, match=f"of the kind '{frame}', this code builds 260 of the kind subgoal"):
+    with pytest.raises(
+        TableError, match=f"of the kind '{frame}', this code builds .* of the kinds subgoal and robot, 4 more"
+    ):
         LearnedEstimator.load(path)
 
 

@@ -99,6 +99,16 @@ def test_a_subgoal_under_the_robot_is_taken_as_ahead() -> None:
     assert row[256:].tolist() == [0.0, 1.0, 0.0, 0.0]
 
 
+@pytest.mark.parametrize("beams", [8, 64, 512])
+def test_a_scan_of_any_length_is_turned_whole(beams: int) -> None:
+    ranges = np.arange(beams, dtype=np.float32)
+    (left,) = subgoal_inputs(ranges, (-1.0, 3.0), (0.0, 2.0))  # a quarter turn: beam `beams / 4` lies ahead
+    assert np.array_equal(left[:beams], np.roll(ranges, -beams // 4))
+    assert left[beams:].tolist() == pytest.approx([3.0, 1.0, 2.0, 0.0])
+    (plain,) = subgoal_inputs(ranges, (1.0, 2.0), (3.0, 4.0), frame="robot")
+    assert plain.tolist() == [*ranges.tolist(), 1.0, 2.0, 3.0, 4.0]
+
+
 def test_no_rows_give_no_rows() -> None:
     assert subgoal_inputs(np.empty((0, 256)), np.empty((0, 2)), np.empty((0, 2))).shape == (0, 260)
 

@@ -13,8 +13,8 @@ from pipeline.learning.weights import Arrays, NetworkHeader, load_weights
 from pipeline.planning.protocols import Estimates
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Subgoal, Surroundings
-from pipeline.systems.subgoals.inputs import InputFrame, subgoal_inputs
-from pipeline.systems.subgoals.map_inputs import INPUTS_OF, map_inputs
+from pipeline.systems.subgoals.inputs import INPUT_FRAMES, PLACES, InputFrame, subgoal_inputs
+from pipeline.systems.subgoals.map_inputs import MAP_INPUTS, map_inputs
 from pipeline.systems.subgoals.map_view import MapViews
 from pipeline.systems.subgoals.observation import observe
 
@@ -40,19 +40,32 @@ class LearnedEstimator:
         self._log_targets = header.target_scaling == "log"
 
     @classmethod
-    def load(cls, path: Path) -> Self:
+    def load(cls, path: Path, *, input_beams: int | None = None) -> Self:
         """Return the estimator whose weights are at ``path``.
 
+        input_beams: how many ranges the sensor will hand over, where that is known already.
         Raises TableError naming the file when it is missing, damaged, of another version or for other inputs.
         """
         header, arrays = load_weights(path)
-        if header.inputs != INPUTS_OF.get(header.input_frame):
+        known = header.input_frame in (*INPUT_FRAMES, "map")
+        if not known or (header.inputs != MAP_INPUTS if header.input_frame == "map" else header.inputs <= PLACES):
             raise TableError(
                 f"{path} takes {header.inputs} inputs of the kind {header.input_frame!r}, this code builds "
-                f"{', '.join(f'{count} of the kind {kind}' for kind, count in INPUTS_OF.items())}: "
-                "run `dvc repro train`."
+                f"{MAP_INPUTS} of the kind map and, of the kinds {' and '.join(INPUT_FRAMES)}, {PLACES} more than a "
+                "scan has ranges: run `dvc repro train`."
             )
-        return cls(header, arrays)
+        found = cls(header, arrays)
+        if input_beams is not None and found.beams not in (None, input_beams):
+            raise TableError(
+                f"{path} takes scans of {found.beams} ranges, sensor.input_beams = {input_beams}: set it to "
+                f"{found.beams}, or harvest and train again."
+            )
+        return found
+
+    @property
+    def beams(self) -> int | None:
+        """How many ranges a scan must have; None where the network reads the map instead."""
+        return None if self._from_map else self.header.inputs - PLACES
 
     @property
     def lasting(self) -> bool:
@@ -71,8 +84,19 @@ class LearnedEstimator:
     def estimate_scan(self, ranges: NDArray[np.floating], goal_xy: ArrayLike, subgoal_xy: ArrayLike) -> Estimates:
         """Return the estimates of N subgoals seen in one scan.
 
-        ranges: [256] m. goal_xy: [2], subgoal_xy: [N, 2] m, all in the robot frame (x ahead, y left).
+        ranges: [beams] m. goal_xy: [2], subgoal_xy: [N, 2] m, all in the robot frame (x ahead, y left).
+        Raises TableError when the network reads the map, or scans of another number of ranges.
         """
+        if self._from_map:
+            raise TableError(
+                "The weights are for the robot's whole map (train.input_frame = map), and no estimate can be made from "
+                "one scan: call `estimate` with the map, or use weights of train.input_frame = subgoal or robot."
+            )
+        if np.shape(ranges) != (self.beams,):
+            raise TableError(
+                f"The weights are for one scan of {self.beams} ranges, got ranges of shape {np.shape(ranges)}: set "
+                f"sensor.input_beams = {self.beams}, or harvest and train again."
+            )
         return self._run(subgoal_inputs(ranges, goal_xy, subgoal_xy, frame=self._frame))
 
     def _run(self, inputs: NDArray[np.float32]) -> Estimates:

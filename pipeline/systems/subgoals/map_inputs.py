@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.systems.subgoals.inputs import INPUTS
+from pipeline.systems.subgoals.inputs import INPUT_FRAMES
 
 Values = NDArray[np.float64]
 
@@ -41,8 +41,7 @@ _BEYOND, _RIVAL = slice(13, 16), slice(16, 19)
 MAP_VIEW: Final = len(NUMBERS) + 3 * DIRECTIONS  # numbers in a view; the datum table stores as many
 MAP_INPUTS: Final = MAP_VIEW + 2 * len(CLEARANCES_M)
 
-# The inputs that train.input_frame allows, and how many numbers each has.
-INPUTS_OF: Final = {"subgoal": INPUTS, "robot": INPUTS, "map": MAP_INPUTS}
+INPUT_KINDS: Final = (*INPUT_FRAMES, "map")  # what train.input_frame allows
 
 
 def map_inputs(views: NDArray[np.floating]) -> NDArray[np.float32]:
