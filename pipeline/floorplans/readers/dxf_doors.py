@@ -17,10 +17,12 @@ from pipeline.floorplans.readers.dxf_shapes import corners_of, outlines
 from pipeline.floorplans.walls import door_of
 
 _SWING_DEG = (20.0, 200.0)
-_BEND_DEG = (0.5, 50.0)  # between the pieces of a chain that draws a curve
+_BEND_DEG = (0.05, 50.0)  # between the pieces of a chain that draws a curve
 _FEWEST_CORNERS = 4  # of such a chain
 _MOST_CORNERS = 2_000
 _UNEVEN = 0.02  # of a curve, in radii
+_EXACT, _TELLING = 1e-5, 6  # an ellipse runs through any five corners
+_ROUNDS, _TRIES = 5, 24  # of the search for a centre
 _TOUCH_M = 0.02
 _IN_WALL_M = 0.02  # a line no further than this from a wall line lies in the wall
 _LEAF_M = 0.06  # a leaf is drawn as a line or a box no further than this from the end of its swing
@@ -90,38 +92,72 @@ def _runs(side: NDArray[np.float64]) -> Iterator[tuple[int, int]]:
             yield first, last
 
 
+class _Fit(NamedTuple):
+    """Centre of an ellipse, what makes it the unit circle, and how far the corners are from it, in radii."""
+
+    centre: NDArray[np.float64]
+    stretch: NDArray[np.float64]
+    uneven: float
+
+
 def _of_chain(corners: NDArray[np.float64]) -> list[Swing]:
-    """Return a chain as a swing, if a circle or else an ellipse runs through its corners."""
+    """Return a chain as a swing, if a quarter of an ellipse, a circle or another ellipse runs through its corners.
+
+    A free ellipse must fit exactly, where a simpler curve does at all: through rounded corners it may be far off.
+    """
     middle = corners.mean(axis=0)
     size = float(np.ptp(corners, axis=0).max())
     local = (corners - middle) / size
-    for fit in (_circle, _ellipse):
-        found = fit(local)
-        if found is None:
-            continue
-        centre, stretch = found
-        around = (local - centre) @ stretch
-        radii = np.hypot(*around.T)
-        turn = np.degrees(np.abs(np.angle(np.exp(1j * np.diff(np.arctan2(around[:, 1], around[:, 0]))))).sum())
-        if np.abs(radii - 1).max() <= _UNEVEN and _SWING_DEG[0] <= turn <= _SWING_DEG[1]:
-            spots = np.array([centre * size + middle, corners[0], corners[-1]]).tolist()
-            return [Swing(*((x, y) for x, y in spots))]
-    return []
+    simple = min((fit for fit in (_quarter(local), _circle(local)) if fit), key=lambda fit: fit.uneven, default=None)
+    free = _ellipse(local)
+    is_exact = free is not None and free.uneven <= _EXACT and len(corners) >= _TELLING
+    best = free if simple is None or simple.uneven > (_EXACT if is_exact else _UNEVEN) else simple
+    if best is None or best.uneven > _UNEVEN:
+        return []
+    around = (local - best.centre) @ best.stretch
+    turns = np.diff(np.arctan2(around[:, 1], around[:, 0]))
+    if not _SWING_DEG[0] <= np.degrees(np.abs(np.angle(np.exp(1j * turns))).sum()) <= _SWING_DEG[1]:
+        return []
+    spots = np.array([best.centre * size + middle, corners[0], corners[-1]]).tolist()
+    return [Swing(*((x, y) for x, y in spots))]
 
 
-_Fit = tuple[NDArray[np.float64], NDArray[np.float64]]
+def _fit(corners: NDArray[np.float64], centre: NDArray[np.float64], stretch: NDArray[np.float64]) -> _Fit | None:
+    radii = np.hypot(*((corners - centre) @ stretch).T)
+    return _Fit(centre, stretch, float(np.abs(radii - 1).max())) if np.isfinite(radii).all() else None
+
+
+def _quarter(corners: NDArray[np.float64]) -> _Fit | None:
+    """Return the quarter of an ellipse from one axis to the other: its centre sees both ends at a right angle."""
+    start, end = corners[0], corners[-1]
+    middle, half = (start + end) / 2, (end - start) / 2
+    bulge = corners[len(corners) // 2] - middle
+    across = np.array([-half[1], half[0]]) * -np.sign(half[0] * bulge[1] - half[1] * bulge[0])
+    low, high = 0.0, np.pi
+    for _ in range(_ROUNDS):
+        turns = np.linspace(low, high, _TRIES + 2)[1:-1]
+        centres = middle + np.cos(turns)[:, None] * half + np.sin(turns)[:, None] * across
+        one, other = start - centres, end - centres
+        arms = corners - centres[:, None]
+        u = (arms * one[:, None]).sum(axis=2) / (one * one).sum(axis=1)[:, None]
+        v = (arms * other[:, None]).sum(axis=2) / (other * other).sum(axis=1)[:, None]
+        best = int(np.argmin(np.abs(np.hypot(u, v) - 1).max(axis=1)))
+        step = turns[1] - turns[0]
+        low, high = max(0.0, turns[best] - step), min(np.pi, turns[best] + step)
+    axes = np.stack([one[best] / (one[best] @ one[best]), other[best] / (other[best] @ other[best])], axis=1)
+    return _fit(corners, centres[best], axes)
 
 
 def _circle(corners: NDArray[np.float64]) -> _Fit | None:
-    """Return centre, and what makes the circle around it the unit circle (Kasa's fit)."""
+    """Return the circle that fits best (Kasa's fit)."""
     x, y = corners.T
     (a, b, c), *_ = np.linalg.lstsq(np.stack([x, y, np.ones_like(x)], axis=1), x * x + y * y, rcond=None)
-    radius = np.sqrt(c + (a * a + b * b) / 4)
-    return (np.array([a, b]) / 2, np.eye(2) / radius) if np.isfinite(radius) and radius > 0 else None
+    square = c + (a * a + b * b) / 4
+    return _fit(corners, np.array([a, b]) / 2, np.eye(2) / np.sqrt(square)) if square > 0 else None
 
 
 def _ellipse(corners: NDArray[np.float64]) -> _Fit | None:
-    """Return centre, and what makes the ellipse around it the unit circle; None where another conic fits best."""
+    """Return the ellipse that fits best; None where that is another conic."""
     x, y = corners.T
     terms = np.stack([x * x, x * y, y * y, x, y, np.ones_like(x)], axis=1)
     a, b, c, d, e, f = np.linalg.svd(terms)[2][-1]
@@ -132,7 +168,7 @@ def _ellipse(corners: NDArray[np.float64]) -> _Fit | None:
     rest = centre @ form @ centre - f
     if not rest * (a + c) > 0:
         return None
-    return centre, np.linalg.cholesky(form / rest)
+    return _fit(corners, centre, np.linalg.cholesky(form / rest))
 
 
 def doorways(

@@ -63,15 +63,16 @@ _TOP = _Place()
 class Found:
     """The shapes of wall and door layers in drawing units, y up, and what was left out.
 
-    layers: all names met. wall_layers, door_layers: those whose shapes were taken; for doors also blocks. unread: kinds
-    by layer. damaged: entities by layer and kind. hidden, clipped: entities by layer. absent: external references,
-    blocks that the file does not hold.
+    layers: all names met. passed: those with shapes that are no walls and no doors by name. wall_layers, door_layers:
+    those whose shapes were taken; for doors also blocks. unread, damaged: entities by layer and kind. hidden, clipped:
+    entities by layer. external: references to other files. absent: blocks that the file does not hold.
     """
 
     walls: list[BaseGeometry] = field(default_factory=list)
     doors: list[LineString] = field(default_factory=list)
     swings: list[Swing] = field(default_factory=list)
     layers: set[str] = field(default_factory=set)
+    passed: set[str] = field(default_factory=set)
     wall_layers: set[str] = field(default_factory=set)
     door_layers: set[str] = field(default_factory=set)
     unread: Counter[tuple[str, str]] = field(default_factory=Counter)
@@ -113,6 +114,8 @@ class Collector:
                 self._add(entity, layer, place, is_door=True)
             elif is_wall_name(layer, self.options):
                 self._add(entity, layer, place, is_door=False)
+            else:
+                self.found.passed.add(layer)
 
     def _enter(self, insert: Any, layer: str, place: _Place) -> None:
         """Collect what a block reference on ``layer`` puts into the drawing."""

@@ -16,6 +16,9 @@ def remarks_on(found: Found, options: ReadOptions) -> list[str]:
     """Return which layers were taken as walls and doors, and a remark for whatever was left out."""
     doors = f"doors from {_listed(found.door_layers)}" if found.door_layers else "doors from none"
     taken = f"layers taken: walls from {_listed(found.wall_layers)}; {doors}"
+    others = found.passed - found.wall_layers - found.door_layers
+    if others:
+        taken += f"; not from {_listed(others)}"
     return [taken, *_left_out(found), *_unused(found, options)]
 
 
@@ -40,7 +43,8 @@ def _left_out(found: Found) -> Iterator[str]:
     yield from _by_layer(found.damaged, "which is damaged", "which are damaged", "that are damaged")
     if found.external:
         count = _count(found.external.total(), "external reference is", "external references are")
-        yield f"{count} not read: {_listed(found.external)} (bind it into the drawing)"
+        them = "it" if found.external.total() == 1 else "them"
+        yield f"{count} not read: {_listed(found.external)} (bind {them} into the drawing)"
     if found.absent:
         count = _count(found.absent.total(), "block is", "blocks are")
         yield f"{count} put in but not in the file: {_listed(found.absent)}"

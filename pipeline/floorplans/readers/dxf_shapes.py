@@ -11,9 +11,9 @@ from shapely.geometry import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.floorplans.readers.drawing import LARGEST_UNIT
+from pipeline.floorplans.readers.dxf_widths import wide_shapes, widest
 
 CURVE_STEPS = 8  # per curve of up to a quarter turn
-_PER_TURN = 4 * CURVE_STEPS
 _MOST_RINGS = 3_000  # of one hatch
 _EXTERNAL, _TEXTBOX, _OUTERMOST = 1, 8, 16  # flags of a boundary of a hatch
 _IGNORE_STYLE, _OUTERMOST_STYLE = 2, 1
@@ -60,37 +60,10 @@ def _polyline(entity: Any, thinnest: float) -> Iterator[BaseGeometry | None]:
         for face in entity.virtual_entities():
             yield from _face(face)
         return
-    if not _widest(entity) > thinnest:
+    if widest(entity) > thinnest:
+        yield from wide_shapes(entity, thinnest)
+    else:
         yield from _line(entity)
-        return
-    for corners, width in _wide_pieces(entity):
-        yield _area(corners) if width > thinnest else _line_through((corners[[0, 3]] + corners[[1, 2]]) / 2)
-
-
-def _widest(entity: Any) -> float:
-    """Return the greatest width of a polyline; one in space has none."""
-    if entity.dxftype() == "LWPOLYLINE":
-        widths = [max(point[2], point[3]) for point in entity.get_points()]
-        return float(entity.dxf.const_width or max(widths, default=0.0))
-    if not entity.is_2d_polyline:
-        return 0.0
-    default = entity.dxf.get("default_start_width", 0.0), entity.dxf.get("default_end_width", 0.0)
-    vertices = [
-        (vertex.dxf.get("start_width", default[0]), vertex.dxf.get("end_width", default[1]))
-        for vertex in entity.vertices
-    ]
-    return float(max((width for pair in vertices for width in pair), default=0.0))
-
-
-def _wide_pieces(entity: Any) -> Iterator[tuple[NDArray[np.float64], float]]:
-    """Yield the four corners of each piece of a wide polyline, mitred, and its mean width."""
-    from ezdxf.render.trace import TraceBuilder
-
-    builder = TraceBuilder.from_polyline(entity, segments=_PER_TURN)
-    for face in builder.faces_wcs(entity.ocs(), 0.0):
-        corners = np.array([(point.x, point.y) for point in face])
-        ends = np.hypot(*(corners[0] - corners[1])), np.hypot(*(corners[3] - corners[2]))
-        yield corners, float(np.mean(ends))
 
 
 def _area(corners: NDArray[np.float64]) -> BaseGeometry | None:

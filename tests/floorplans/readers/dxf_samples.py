@@ -15,16 +15,18 @@ WALL, OPENING = {"layer": "A-WALL"}, {"layer": "A-DOOR"}
 
 
 class Sheet:
-    """A drawing in ``unit`` units per metre; all lengths are given in metres."""
+    """A drawing in ``unit`` units per metre, put at ``origin``; all lengths are given in metres."""
 
-    def __init__(self, insunits: int = 6, unit: float = 1.0) -> None:
+    def __init__(self, insunits: int = 6, unit: float = 1.0, origin: tuple[float, float] = (0.0, 0.0)) -> None:
         self.document = ezdxf.new(setup=False)
         self.document.header["$INSUNITS"] = insunits
         self.unit = unit
+        self.origin = origin
         self.space = self.document.modelspace()
 
     def at(self, points) -> list[tuple[float, float]]:
-        return [(x * self.unit, y * self.unit) for x, y in points]
+        east, north = self.origin
+        return [((east + x) * self.unit, (north + y) * self.unit) for x, y in points]
 
     def lines(self, points, *, closed=False, **attribs) -> "Sheet":
         corners = self.at([*points, *(points[:1] if closed else ())])

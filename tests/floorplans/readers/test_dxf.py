@@ -1,12 +1,15 @@
 from collections.abc import Callable
+from dataclasses import replace
 from math import pi, tan
 from pathlib import Path
 
+import ezdxf
 import numpy as np
 import pytest
 import shapely
 from ezdxf.units import decode
 
+from pipeline.floorplans.plan import Bounds
 from pipeline.floorplans.readers import READERS, dxf_entities, read_plan_file
 from pipeline.floorplans.readers import dxf as dxf_module
 from pipeline.floorplans.readers.dxf import Dxf
@@ -240,7 +243,7 @@ def test_what_is_no_line_is_left_out_and_said(tmp_path):
     plan = read(sheet.save(tmp_path))
     check_house(plan)
     assert plan.remarks == (
-        TAKEN,
+        f"{TAKEN}; not from NOTES",
         "layer A-WALL holds 2 TEXT, which are not read",
         "layer A-DOOR holds 1 POINT, which is not read",
         "layer A-WALL holds 1 LINE, which is damaged",
@@ -262,6 +265,80 @@ def test_a_drawing_without_unit_is_refused_with_a_proposal(tmp_path, insunits):
     assert "the file does not say how many metres a unit of it has. Set plans.read.metres_per_unit." in text
     assert "Its doors are 900 units wide: 0.9 m at 0.001." in text
     check_house(read(path, metres_per_unit=0.001))
+
+
+METRES = {  # of the codes of $INSUNITS, by hand
+    1: 0.0254,
+    2: 0.3048,
+    3: 1609.344,
+    4: 0.001,
+    5: 0.01,
+    6: 1,
+    7: 1000,
+    8: 2.54e-8,
+    9: 2.54e-5,
+    10: 0.9144,
+    11: 1e-10,
+    12: 1e-9,
+    13: 1e-6,
+    14: 0.1,
+    15: 10,
+    16: 100,
+    17: 1e9,
+    18: 1.495978707e11,
+    19: 9.4607304725808e15,
+    20: 3.0856775814913673e16,
+    21: 0.3048006096012192,
+    22: 0.0254000508001016,
+    23: 0.9144018288036576,
+    24: 1609.3472186944375,
+}
+
+
+@pytest.mark.parametrize("code", [code for code, metres in METRES.items() if 1e-7 < metres < 1e4])
+def test_every_unit_of_the_header_is_known(tmp_path, code):
+    check_house(read(Sheet(code, 1 / METRES[code]).walls().door().save(tmp_path)))
+
+
+@pytest.mark.parametrize("code", METRES)
+def test_units_that_no_building_is_drawn_in_are_known_too(code):
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = code
+    assert dxf_module._stated_scale(document) == pytest.approx(METRES[code], rel=1e-12)
+
+
+@pytest.mark.parametrize("origin", [(568_053.4, 5_774_347.2), (3_568_053.4, 5_774_347.2), (500_000.0, 9_999_900.0)])
+@pytest.mark.parametrize("unit", ["mm", "m"])
+def test_drawings_in_the_coordinates_of_a_country_are_read(tmp_path, origin, unit):
+    """UTM, Gauss-Krueger, and UTM just south of the equator, whose northings are the largest there are."""
+    plan = read(Sheet(*UNITS[unit], origin=origin).walls().door().save(tmp_path))
+    east, north = origin
+    low_x, low_y, high_x, high_y = plan.bounds
+    (door,) = plan.doors
+    check_house(
+        replace(
+            plan,
+            free=shapely.transform(plan.free, lambda points: points - origin),
+            bounds=Bounds(low_x - east, low_y - north, high_x - east, high_y - north),
+            doors=(door._replace(x=door.x - east, y=door.y - north),),
+        )
+    )
+    assert plan.remarks == (TAKEN,)
+
+
+def test_names_of_layers_that_a_person_gave_in_vain_are_said(tmp_path):
+    plan = read(Sheet().walls().door().save(tmp_path), wall_layers=("a-wall", "W9"), door_layers=("LEAVES",))
+    assert plan.remarks == (
+        "layers taken: walls from A-WALL; doors from none; not from A-DOOR",
+        "no layer of walls is called W9; it has A-DOOR, A-WALL",
+        "no layer of doors is called LEAVES; it has A-DOOR, A-WALL",
+    )
+
+
+def test_blocks_of_doors_are_named_as_taken(tmp_path):
+    sheet = Sheet().walls()
+    in_block(sheet)
+    assert read(sheet.save(tmp_path)).remarks == ("layers taken: walls from A-WALL; doors from block Door-90",)
 
 
 def test_without_doors_there_is_no_proposal(tmp_path):
