@@ -115,5 +115,6 @@ _RELIABILITY = (
 )
 _TRAINING = (
     "Each quantity over the training steps, on the plans the network learns from and on plans held out for validation. "
-    "A validation curve that rises while the training curve falls would mean learning by heart."
+    "The network kept is the one with the lowest validation loss. A validation curve that rises while the training "
+    "curve falls would mean learning by heart."
 )

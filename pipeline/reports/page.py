@@ -157,8 +157,9 @@ def _estimates(content: PageContent) -> list[str]:
         return [markup.paragraph("No estimates were recorded in this run, so there is nothing to calibrate.", "muted")]
     parts = [
         markup.paragraph(
-            f"{quality['count']:,} estimates of subgoals on the learned drives, {quality['positives']:,} of which lead "
-            f"to the goal. ECE {number_text(quality['ece'])}, Brier score {number_text(quality['brier'])}, AUC "
+            f"{quality['count']:,} estimates of subgoals on the learned drives through "
+            f"{', '.join(content.summary['splits'])} plans, {quality['positives']:,} of which lead to the goal. "
+            f"ECE {number_text(quality['ece'])}, Brier score {number_text(quality['brier'])}, AUC "
             f"{number_text(quality['auc'])}."
         )
     ]
@@ -292,8 +293,9 @@ _HARVEST = (
     "What the network learned from: subgoals met by the optimistic planner on the training plans, with true labels."
 )
 _SCORES = (
-    "The training stage's own scores, on the plans learned from and on plans held out. Names that hold base belong to "
-    "a predictor that ignores its input: always the base rate, or the mean cost."
+    "The training stage's own scores, on the plans learned from and on those that chose the step and the calibration "
+    "that are kept: both flatter. What chose nothing stands under what the network knew. Names that hold base belong "
+    "to a predictor that ignores its input: always the base rate, or the mean cost."
 )
 _SEED = "The same seed, configuration and code give the same trials, whatever the number of workers."
 _FOOTER = (

@@ -46,6 +46,11 @@ CODE = (
     "stages/evaluate.py", "evaluation", "grids", "learning", "planning", "randomness.py", "simulation",
     "systems/subgoals",
 )  # fmt: skip
+CHOSE = {
+    "train": "The network learned from these very plans (evaluate.split = train): ratio and calibration flatter it.",
+    "validation": "These plans chose the network's step and calibration (evaluate.split = validation): ratio and "
+    "calibration flatter it.",
+}
 TABLES: dict[str, Callable[[Path, list[Any]], pa.Table]] = {"trials": write_trials, "estimates": write_estimates}
 
 
@@ -142,7 +147,7 @@ def evaluate(raw: DictConfig) -> StageResult:
 
 
 def _remarks(settings: _Settings, worlds: dict[str, PackedWorld]) -> list[str]:
-    """Return in what these trials differ from the data that the network was made with.
+    """Return in what these trials differ from the data that the network was made with, and whether they made it.
 
     Raises TableError for a missing or foreign network, before any trial is driven.
     """
@@ -152,7 +157,8 @@ def _remarks(settings: _Settings, worlds: dict[str, PackedWorld]) -> list[str]:
     sections = {"sensor": asdict(settings.sensor), "robot": asdict(settings.robot)}
     present = {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
     present["rasterize.resolution_m"] = resolutions[0] if len(resolutions) == 1 else resolutions
-    return made_differently(_load(settings).header.made_with, present)
+    found = made_differently(_load(settings).header.made_with, present)
+    return [*found, *(remark for split, remark in CHOSE.items() if split == settings.evaluate.split)]
 
 
 def _fingerprint(source: Path, settings: _Settings) -> dict[str, Any]:

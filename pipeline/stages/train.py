@@ -194,10 +194,14 @@ def _arrays(fitted: Fitted) -> dict[str, NDArray[np.float32]]:
 def _summary(
     fitted: Fitted, calibration: Calibration, examples: dict[str, Examples], config: TrainConfig, scratch: Path
 ) -> dict[str, Any]:
+    """Return the scores of both splits, without a calibration error: validation chose the step and the calibration.
+
+    How well P_S is calibrated is for data to say that chose nothing: the drives of the evaluate stage do.
+    """
     means_m = mean_costs(examples["train"])
     scores = {split: score_network(fitted.net, rows, calibration, means_m, scratch) for split, rows in examples.items()}
-    uncalibrated = score_network(fitted.net, examples["validation"], Calibration(), means_m, scratch)
-    scores["validation"]["calibration_error_before"] = uncalibrated["calibration_error"]
+    for found in scores.values():
+        del found["calibration_error"]
     return {
         **scores,
         "best_step": fitted.step,
@@ -221,10 +225,14 @@ def _tell(summary: dict[str, Any]) -> None:
     seen = summary["validation"]
     print(
         f"train: best after step {summary['best_step']} of {summary['steps']}; on {seen['rows']:.0f} validation datums "
-        f"accuracy {seen['accuracy']:.3f} (base {seen['accuracy_base']:.3f}), AUC {seen.get('auc', float('nan')):.3f}, "
-        f"calibration error {seen['calibration_error']:.3f}; mean error of delta success "
-        f"{_against(seen, 'delta_success')}, of exploration {_against(seen, 'exploration')}"
+        f"accuracy {seen['accuracy']:.3f} (base {seen['accuracy_base']:.3f}), AUC {seen.get('auc', float('nan')):.3f}; "
+        f"mean error of delta success {_against(seen, 'delta_success')}, of exploration "
+        f"{_against(seen, 'exploration')}. They chose the step{_calibrated(summary)}; evaluate reports the calibration"
     )
+
+
+def _calibrated(summary: dict[str, Any]) -> str:
+    return " and fitted the calibration" if summary["config"]["calibrate"] else ""
 
 
 def _against(seen: dict[str, float], cost: str) -> str:

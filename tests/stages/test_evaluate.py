@@ -15,7 +15,7 @@ from pipeline.errors import TableError
 from pipeline.evaluation.trials import read_episodes, read_trials, trial_rows
 from pipeline.grids.occupancy import Cell, center_of
 from pipeline.grids.sampling import ends_between
-from pipeline.grids.store import GridRecord, Pair, write_pairs, write_worlds
+from pipeline.grids.store import GridRecord, Pair, read_pairs, read_worlds, write_pairs, write_worlds
 from pipeline.learning.weights import NetworkHeader, save_weights
 from pipeline.stages import evaluate as stage
 from pipeline.stages.evaluate import evaluate
@@ -144,6 +144,19 @@ def test_each_setting_the_network_was_not_made_with_is_one_line(
     said = capsys.readouterr()
     assert said.err.splitlines() == [f"warning: {remark}" for remark in remarks]
     assert all(remark in " ".join(said.out.split()) for remark in remarks), "the table says so too"
+
+
+@pytest.mark.parametrize(
+    ("split", "said"), [("train", "learned from these very plans"), ("validation", "chose the network's step")]
+)
+def test_plans_that_made_the_network_are_remarked_upon(artifacts: Path, split: str, said: str) -> None:
+    worlds, pairs = read_worlds(artifacts / "rasterize"), read_pairs(artifacts / "rasterize")
+    write_worlds(artifacts / "rasterize", [world._replace(split=split) for world in worlds])
+    write_pairs(artifacts / "rasterize", [pair._replace(split=split) for pair in pairs])
+    evaluate(configuration(artifacts, f"evaluate.split={split}"))
+    (remark,) = json.loads((artifacts / "evaluate/summary.json").read_text())["remarks"]
+    assert said in remark
+    assert f"evaluate.split = {split}" in remark
 
 
 def test_weights_that_do_not_say_what_they_were_made_with(artifacts: Path, capsys: pytest.CaptureFixture[str]) -> None:

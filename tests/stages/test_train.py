@@ -29,7 +29,8 @@ from tests.datums.rows import make_datums
 from tests.worlds import TWO_ROOMS, draw, small_lidar
 
 ROOT = Path(__file__).resolve().parents[2]
-NAMES = {"network.safetensors", "last.ckpt", "best.ckpt", "curves.parquet", "train.json"}
+FILES = ("network.safetensors", "last.ckpt", "best.ckpt", "curves.parquet", "train.json")
+NAMES = {name + ending for name in FILES for ending in ("", ".sha256")}
 QUICK: dict[str, Any] = {"steps": 20, "validate_every": 10, "batch_size": 16, "hidden": [16, 8]}
 
 
@@ -61,6 +62,7 @@ def test_datums_become_weights_that_a_planner_can_use(tmp_path: Path) -> None:
     summary = json.loads((folder / "train.json").read_text())
     assert summary["validation"]["rows"] == 60
     assert summary["validation"]["base_rate"] == pytest.approx(1 / 3)
+    assert not any("calibration_error" in name for name in result.metrics), "validation chose the calibration"
     assert result.metrics["validation.accuracy"] == summary["validation"]["accuracy"]
     assert pq.read_table(folder / "curves.parquet").column_names == ["step", "split", "name", "value"]
     estimates = LearnedEstimator.load(folder / "network.safetensors").estimate_scan(np.ones(256), (3, 0), [(1, 0)])
