@@ -1,10 +1,13 @@
 """IFC building models: every storey cut 1.1 m above its own floor. Needs the extra ``ifc`` (ifcopenshell).
 
+A storey is cut through its own bodies, and through those of others of its building that reach into it; a building of
+several in one model is a building of its own. See `ifc_floors` for storeys that are one floor together.
+
 Walls, columns and windows are cut without their openings, and each door takes its box out of the walls, so that
 windows stay closed and doors are open; an opening down to the floor with nothing in it is a passage. Spaces are the
 rooms; their names become labels. Where they fill most of what the walls enclose, the floor is theirs alone: porches and
 terraces stay outside. A storey without walls at that height, such as a roof, is passed over and said in the remarks of
-the others.
+the others, as is what stands in the cut and is of a class that is not read.
 """
 
 from collections.abc import Iterator
@@ -19,7 +22,8 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import Bounds, FloorPlan, GridPlan, Room
-from pipeline.floorplans.readers.ifc_cuts import CUT_M, Storey, cut_storeys
+from pipeline.floorplans.readers.ifc_bodies import CUT_M
+from pipeline.floorplans.readers.ifc_cuts import Storey, cut_storeys
 from pipeline.floorplans.readers.json_file import short_name, sniff_text
 from pipeline.floorplans.readers.reader import ReadOptions
 from pipeline.floorplans.walls import Area, as_area, door_of, free_from_walls
@@ -31,7 +35,7 @@ _MOSTLY = 0.6  # of the enclosed floor lies in spaces, where a model has them al
 
 @dataclass(frozen=True)
 class Ifc:
-    """Reader of IFC files in STEP form; the building is the file."""
+    """Reader of IFC files in STEP form; the building is the file, or the IfcBuilding where a file has several."""
 
     name: str = "ifc"
     patterns: tuple[str, ...] = ("*.ifc",)
@@ -49,27 +53,33 @@ class Ifc:
     def read(self, path: Path, options: ReadOptions) -> Iterator[FloorPlan | GridPlan | PlanError]:
         """Yield one plan for each storey with walls; see `Reader.read`. Uses ``levels``; the model states its units."""
         storeys = cut_storeys(path)
-        without = [storey.name for storey in storeys if not storey.walls]
-        if len(without) == len(storeys):
+        floors = [storey for storey in storeys if storey.walls]
+        if not floors:
             raise PlanError(f"{path}: no wall stands {CUT_M} m above any of {len(storeys)} storeys. Check the model.")
-        for storey in storeys:
-            level = short_name(storey.name)
-            if storey.walls and (not options.levels or level in options.levels):
+        several = len({storey.building for storey in floors}) > 1
+        for storey in floors:
+            names = {short_name(name) for name in (storey.name, *storey.read_with)}
+            if not options.levels or names & {*options.levels}:
+                without = [each.name for each in storeys if not each.walls and each.building == storey.building]
                 try:
-                    yield _plan(path, level, storey, without, options)
+                    yield _plan(path, storey, without, options, several=several)
                 except PlanError as problem:
                     yield problem
 
 
-def _plan(path: Path, level: str, storey: Storey, without: list[str], options: ReadOptions) -> FloorPlan:
-    name = f"{path}, storey {level}"
+def _plan(path: Path, storey: Storey, without: list[str], options: ReadOptions, *, several: bool) -> FloorPlan:
+    level = short_name(storey.name)
+    named = [short_name(path.stem), short_name(storey.building)] if several else [short_name(path.stem)]
+    building = ".".join(filter(None, named))
+    name = f"{path}, storey {'.'.join([*named[1:], level])}"
     outlines = [area for area, _ in storey.spaces]
-    stem = short_name(path.stem)
     try:
         solid = shapely.union_all(storey.walls)
         passages, doorways = _in_walls(storey.passages, solid), _in_walls(storey.doorways, solid)
         doors = [*(_through(door) for door in storey.doors), *passages, *doorways]
         free = free_from_walls(storey.walls, None, doors, wall_m=options.wall_m, name=name)
+        elsewhere = shapely.union_all(storey.elsewhere)
+        free = as_area(shapely.difference(free, elsewhere))
         rooms = as_area(_with_gaps(outlines))
         in_rooms = shapely.intersection(free, rooms).area >= _MOSTLY * free.area
     except GEOSException as problem:
@@ -79,9 +89,9 @@ def _plan(path: Path, level: str, storey: Storey, without: list[str], options: R
     if outlines and in_rooms:
         free = free_from_walls(storey.walls, rooms, doors, wall_m=options.wall_m, name=name)
     return FloorPlan(
-        plan_id=f"{stem}.{level}",
-        building=stem,
-        floor=f"{stem}.{level}",
+        plan_id=f"{building}.{level}",
+        building=building,
+        floor=f"{building}.{level}",
         environment="ifc_storeys",
         source=path.name,
         free=free,
@@ -100,14 +110,29 @@ def _in_walls(openings: list[Area], solid: BaseGeometry) -> list[Area]:
 
 def _remarks(storey: Storey, without: list[str], *, in_rooms: bool) -> Iterator[str]:
     if without:
-        named = ", ".join(without[:_MOST_NAMED]) + (" and others" if len(without) > _MOST_NAMED else "")
-        yield f"storeys without walls {CUT_M} m above them were passed over: {named}"
+        yield f"storeys without walls {CUT_M} m above them were passed over: {_listed(without)}"
+    if storey.read_with:
+        yield f"storeys at the height of this floor were read with it: {_listed(storey.read_with)}"
+    if storey.as_walls:
+        yield f"read as walls, though of classes that need not be: {_counted(storey.as_walls)}"
+    if storey.unread:
+        yield f"what stands {CUT_M} m above the floor and is not read: {_counted(storey.unread)}"
+    if storey.unseen:
+        yield f"{storey.unseen:,} elements of the model are of classes that are not read, and were not looked at"
     if storey.left_out:
-        yield f"{storey.left_out} bodies of the model could not be built and were left out"
+        yield f"{storey.left_out} bodies of the model could not be built, or are not closed, and were left out"
     if not storey.spaces:
         yield "the storey has no spaces: rooms are not known"
     elif not in_rooms:
         yield "spaces fill only a part of the storey: its floor is what the walls enclose"
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names[:_MOST_NAMED]) + (" and others" if len(names) > _MOST_NAMED else "")
+
+
+def _counted(kinds: dict[str, int]) -> str:
+    return _listed([f"{count} {kind}" for kind, count in sorted(kinds.items())])
 
 
 def _with_gaps(outlines: list[Area]) -> BaseGeometry:
