@@ -78,16 +78,20 @@ def walls_as_area(walls: Shapes, *, wall_m: float, name: str = "the plan") -> Ar
     shapes = _array(walls)
     check_crossings(shapes, name)
     flat = shapely.get_dimensions(shapes) < 2
-    sides = _sides(shapes[flat])
-    check_crossings(sides, name, besides=3 * len(sides))  # one line alone may be a scribble
+    check_lines(shapes[flat], name)
     thick = shapely.buffer(shapes[flat], wall_m / 2, cap_style="square", join_style="mitre", mitre_limit=2.0)
     return as_area(shapely.union_all(np.concatenate([thick, _all_repaired(shapes[~flat], name)])))
 
 
 def openings_as_area(doors: Shapes, *, wall_m: float, name: str = "the plan") -> Area:
-    """Return what ``doors`` cut out of walls [m]: areas as drawn, lines as passages."""
+    """Return what ``doors`` cut out of walls [m]: areas as drawn, lines as passages.
+
+    Raises:
+        PlanError: so many lines cross each other that combining them would take minutes.
+    """
     shapes = _array(doors)
     flat = shapely.get_dimensions(shapes) < 2
+    check_lines(shapes[flat], name)
     through = shapely.buffer(shapes[flat], max(wall_m / 2, DEEPEST_DOORWAY_M / 2) + _FILM_M, cap_style="flat")
     drawn = shapely.buffer(_all_repaired(shapes[~flat], name), _FILM_M, join_style="mitre")
     return as_area(shapely.union_all(np.concatenate([through, drawn])))
@@ -148,6 +152,16 @@ def _rings(area: BaseGeometry) -> NDArray[np.object_]:
     """Return the rings of all parts: shapely finds none in an area of several parts."""
     rings: NDArray[np.object_] = shapely.get_rings(shapely.get_parts(area))
     return rings
+
+
+def check_lines(lines: NDArray[np.object_], name: str) -> None:
+    """Refuse lines that are a scribble, one of them alone or all together.
+
+    Raises:
+        PlanError: the straight pieces of ``lines`` meet far too often.
+    """
+    sides = _sides(lines)
+    check_crossings(sides, name, besides=3 * len(sides))
 
 
 def check_crossings(
