@@ -10,6 +10,8 @@ from tests.fuzz.sample import (
     box,
     collection,
     feature,
+    gathered,
+    geometry,
     wkt,
 )
 from tests.fuzz.seeds import samples_of
@@ -125,6 +127,7 @@ def features_bombs(sample: Sample) -> Bombs:
     yield "200 rooms in one place", replace_main(sample, collection([big] * 200))
     many = [feature("Point", rng.uniform(0, 200, (1, 2)).tolist(), **door) for _ in range(1000)]
     yield "1,000 doors", replace_main(sample, collection([big, *cells[:50], *many]))
+    yield from _parts_bombs(sample, tags, door)
     yield "100,001 features", replace_main(sample, collection([{"type": "Feature"}] * 100_001))
     yield (
         "levels",
@@ -150,6 +153,33 @@ def features_bombs(sample: Sample) -> Bombs:
         ):
             files = sample.files | {name.replace("geojson_map", "floor_info"): info}
             yield f"size {info[:20]!r}", Sample(files, name)
+
+
+def _parts_bombs(sample: Sample, tags: dict[str, object], door: dict[str, object]) -> Bombs:
+    """Shapes of many parts, and features that say where they stand only by their place."""
+    rng = np.random.default_rng(0)
+    big = feature("Polygon", box(0, 0, 200, 200), **tags)
+    cells = [feature("Polygon", box(k % 100 * 2, k // 100 * 2, 2, 2), **tags) for k in range(300)]
+    for many_parts in ("MultiPoint", "MultiLineString"):
+        spots = rng.uniform(0, 200, (9000, 2)).tolist()
+        parts = feature(many_parts, spots, **door)
+        yield f"{many_parts} of 9,000 corners", replace_main(sample, collection([big, *cells, parts]))
+    lines = [geometry("LineString", rng.uniform(0, 200, (2, 2)).tolist()) for _ in range(3000)]
+    yield "3,000 lines in a wall", replace_main(sample, collection([big, gathered(*lines, indoor="wall", type="wall")]))
+    yield "3,000 lines in a room", replace_main(sample, collection([big, gathered(*lines, **tags)]))
+    deep = geometry("Point", [[1, 1]])
+    for _ in range(300):
+        deep = {"type": "GeometryCollection", "geometries": [deep]}
+    yield (
+        "deep collections",
+        replace_main(sample, collection([big, {"type": "Feature", "properties": door, "geometry": deep}])),
+    )
+    many = [feature("Point", rng.uniform(0, 200, (1, 2)).tolist()) for _ in range(1300)]
+    unsaid = [each | {"properties": {"door": "yes"}} for each in many]
+    yield "1,300 doors without a level", replace_main(sample, collection([big, *cells, *unsaid]))
+    indoors = [each | {"properties": {"indoor": "yes", "level": "0"}} for each in [big] * 200 + cells]
+    yield "500 areas indoors", replace_main(sample, collection([big, *cells, *indoors]))
+    yield "500 areas indoors alone", replace_main(sample, collection(indoors))
 
 
 def imdf_bombs(sample: Sample) -> Bombs:

@@ -73,13 +73,27 @@ def degrees(corners: list[list[float]]) -> list[list[float]]:
 
 
 def feature(kind: str, corners: list[list[float]], **properties: object) -> dict[str, object]:
+    return {"type": "Feature", "properties": properties, "geometry": geometry(kind, corners)}
+
+
+def geometry(kind: str, corners: list[list[float]]) -> dict[str, object]:
+    """A shape of one part near (8, 48); the kinds of several parts have one or, for points, all corners."""
     listed = degrees(corners)
-    coordinates = {"Polygon": [listed], "LineString": listed, "Point": listed[0]}[kind]
-    return {
-        "type": "Feature",
-        "properties": properties,
-        "geometry": {"type": kind, "coordinates": coordinates},
-    }
+    coordinates = {
+        "Polygon": [listed],
+        "MultiPolygon": [[listed]],
+        "LineString": listed,
+        "MultiLineString": [listed],
+        "Point": listed[0],
+        "MultiPoint": listed,
+    }[kind]
+    return {"type": kind, "coordinates": coordinates}
+
+
+def gathered(*geometries: dict[str, object], **properties: object) -> dict[str, object]:
+    """A feature whose shape is a collection."""
+    shape = {"type": "GeometryCollection", "geometries": list(geometries)}
+    return {"type": "Feature", "properties": properties, "geometry": shape}
 
 
 def collection(features: list[dict[str, object]], **members: object) -> bytes:

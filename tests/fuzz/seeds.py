@@ -19,6 +19,8 @@ from tests.fuzz.sample import (
     box,
     collection,
     feature,
+    gathered,
+    geometry,
     npz_bytes,
     picture_bytes,
     wkt,
@@ -159,6 +161,11 @@ def _malls() -> Iterator[Sample]:
     info = {"map_info": {"width": 60.0, "height": 40.0}}
     main = "site1/F1/geojson_map.json"
     yield Sample({main: collection(features), "site1/F1/floor_info.json": json.dumps(info).encode()}, main)
+    features += [
+        gathered(geometry("MultiPolygon", box(25, 5, 5, 5)), geometry("Point", [[1, 1]]), category="shop"),
+        feature("MultiPoint", [[2, 2], [3, 4]], category="sign"),
+    ]
+    yield Sample({main: collection(features)}, main)
 
 
 def _wrld() -> Iterator[Sample]:
@@ -168,6 +175,13 @@ def _wrld() -> Iterator[Sample]:
         feature("Polygon", box(9.8, 0, 0.3, 10), type="wall"),
         feature("Polygon", box(9.7, 4, 0.5, 1), type="door"),
         feature("Polygon", box(0.3, 0.3, 9.5, 9.4), type="room", name="Hall"),
+    ]
+    yield Sample({"house-floor1.geojson": collection(features)}, "house-floor1.geojson")
+    features += [
+        feature("MultiLineString", [[0, 7], [9, 7], [9, 9]], type="wall"),
+        feature("LineString", [[4, 7], [5, 7]], type="door"),
+        gathered(geometry("Polygon", box(12, 0, 0.2, 4)), geometry("LineString", [[12, 4], [12, 7]]), type="wall"),
+        feature("MultiPoint", [[2, 2], [3, 4]], type="door"),
     ]
     yield Sample({"house-floor1.geojson": collection(features)}, "house-floor1.geojson")
 
@@ -183,6 +197,24 @@ def _indoor() -> Iterator[Sample]:
         feature("Polygon", box(0, 20, 8, 6), building="yes"),
     ]
     yield Sample({"school.geojson": collection(features)}, "school.geojson")
+    yield Sample({"school.geojson": collection([*features, *_indoor_in_the_wild()])}, "school.geojson")
+
+
+def _indoor_in_the_wild() -> Iterator[dict[str, object]]:
+    """Features as people and other tools write them."""
+    nested = {"type": "way", "id": 7, "tags": {"indoor": "room", "level": "0,5;+1;\u22122;3-2"}, "meta": {}}
+    yield feature("Polygon", box(16, 0, 5, 6), **nested)
+    yield feature("MultiPolygon", box(16, 6, 5, 3), other_tags='"indoor"=>"area","level"=>"0","repeat_on"=>"B1"')
+    yield gathered(
+        gathered(geometry("MultiLineString", [[1, 1], [2, 4]]))["geometry"],  # type: ignore[arg-type]
+        geometry("Polygon", box(5, 1, 1, 1)),
+        indoor="wall",
+    )
+    yield feature("LineString", [[8, 1], [8, 2.4]], door="sliding", width="90 cm")
+    yield feature("MultiPoint", [[16, 2], [16, 5]], indoor="door", width="2'8\"")
+    yield feature("Polygon", box(15.9, 3, 0.2, 1.1), indoor="door", level="EG")
+    yield feature("Polygon", box(30, 0, 4, 4), indoor="yes", level="0")
+    yield feature("Point", [[16, 1]], door="yes", level="0", width="1,2")
 
 
 def _houseexpo() -> Iterator[Sample]:
@@ -228,12 +260,20 @@ def _imdf() -> Iterator[Sample]:
     }
     main = "mall/unit.geojson"
     yield Sample({f"mall/{kind}.geojson": collection(listed) for kind, listed in files.items()}, main)
+    shape = gathered(geometry("Polygon", box(0, 6, 8, 3)), geometry("Point", [[1, 7]]))
+    files["unit"] += [shape | {"id": "unit4", "feature_type": "unit", "properties": {"category": "room", **level}}]
+    files["opening"] += [
+        one("opening", 2, [[2, 6], [3, 6], [4, 6]], "MultiLineString", **level),
+        one("opening", 3, [[6, 6]], "MultiPoint", **level),
+        one("opening", 4, [[6, 0]], "Point", level_id="level9"),
+    ]
+    yield Sample({f"mall/{kind}.geojson": collection(listed) for kind, listed in files.items()}, main)
 
 
 def _plan_geojson() -> Iterator[Sample]:
     def one(kind: str, shape: str, coordinates: object, **more: object) -> dict[str, object]:
-        geometry = {"type": shape, "coordinates": coordinates}
-        return {"type": "Feature", "properties": {"kind": kind, **more}, "geometry": geometry}
+        drawn = {"type": shape, "coordinates": coordinates}
+        return {"type": "Feature", "properties": {"kind": kind, **more}, "geometry": drawn}
 
     about: dict[str, object] = {
         "version": 1,
@@ -247,8 +287,8 @@ def _plan_geojson() -> Iterator[Sample]:
     hall = one("free", "MultiPolygon", [[box(0, 0, 8, 5), box(3, 3, 1, 1)[::-1]]])
     spots = [one("start", "Point", [1, 1]), one("goal", "Point", [7, 4]), one("door", "Point", [4, 2.5], width=0.9)]
     room = one("room", "Polygon", [box(0, 0, 4, 5)], label="OFFICE")
-    geometry = about | {"form": "geometry", "bounds": [0, 0, 8, 5]}
-    yield Sample({"plan.geojson": collection([hall, *spots, room], hinterland=geometry)}, "plan.geojson")
+    about_floor = about | {"form": "geometry", "bounds": [0, 0, 8, 5]}
+    yield Sample({"plan.geojson": collection([hall, *spots, room], hinterland=about_floor)}, "plan.geojson")
     cells = [one("free", "Polygon", [box(0.5, 0.5, 7, 4)]), one("unknown", "Polygon", [box(0, 0, 8, 0.5)])]
     layer = one("layer", "Polygon", [box(0.5, 0.5, 4, 4)], layer="rooms", value=1)
     grid = about | {
@@ -259,6 +299,11 @@ def _plan_geojson() -> Iterator[Sample]:
         "layers": {"rooms": {"1": "A"}},
     }
     yield Sample({"grid.geojson": collection([*cells, layer], hinterland=grid)}, "grid.geojson")
+    doors = one("door", "MultiPoint", [[4, 2.5], [4, 4.5]], width=0.8)
+    parts = [{"type": "Polygon", "coordinates": [box(0, 0, 4, 5)]}, {"type": "Point", "coordinates": [1, 1]}]
+    mixed = {"type": "GeometryCollection", "geometries": parts}
+    edited = [hall, doors, room | {"geometry": mixed}, one("note", "LineString", [[0, 0], [1, 2]])]
+    yield Sample({"plan.geojson": collection(edited, hinterland=about_floor)}, "plan.geojson")
 
 
 def _archives() -> Iterator[Sample]:

@@ -174,7 +174,7 @@ def openings_of(shape: shapely.Geometry | None) -> list[Opening]:
         else:
             length, middle = part.length, part.interpolate(0.5, normalized=True)
         found.append(Opening(middle, length if _NARROWEST_M <= length <= _WIDEST_M else None))
-    on_lines = shapely.union_all(drawn)
+    on_lines = MultiLineString(drawn)
     points = [part for part in shapely.get_parts(shape) if isinstance(part, Point) and not part.is_empty]
     return [*found, *(Opening(spot, None) for spot in points if not drawn or spot.distance(on_lines) > _ON_LINE_M)]
 

@@ -32,6 +32,7 @@ from pipeline.floorplans.readers.json_file import short_name
 from pipeline.floorplans.readers.osm_values import metres_in
 from pipeline.floorplans.readers.reader import ReadOptions
 from pipeline.floorplans.rooms import Passage, free_from_rooms, only_polygons, say_count
+from pipeline.floorplans.walls import check_lines
 
 _MOST_LEVELS = 200
 _ON_WALL_M = 0.05
@@ -93,7 +94,9 @@ def _plan(path: Path, level: str, mapped: IndoorMap, options: ReadOptions, remar
             open_rooms.add(len(rooms))
         repaired += outline[1]
         rooms.append(Room(outline[0], _label(each)))
-    walls = [_wall(each, options.wall_m) for each in _on(level, mapped.walls)]
+    solids = _on(level, mapped.walls)
+    check_lines(np.array([line for each in solids for line in lines_of(each.metres())], dtype=object), "the walls")
+    walls = [_wall(each, options.wall_m) for each in solids]
     passages, unread = _passages(_on(level, mapped.doors))
     outlines = shapely.union_all([shapely.boundary(room.outline) for room in rooms])
     solid = shapely.union_all(walls)

@@ -3,7 +3,16 @@ import zipfile
 
 import pytest
 import shapely
-from shapely.geometry import LineString, Point, Polygon, box
+from shapely.geometry import (
+    GeometryCollection,
+    LineString,
+    MultiLineString,
+    MultiPoint,
+    MultiPolygon,
+    Point,
+    Polygon,
+    box,
+)
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.checks import inspect
@@ -82,6 +91,56 @@ def test_an_opening_without_leaf_is_a_passage(tmp_path):
 def test_a_symbolic_opening_gets_the_usual_width(tmp_path):
     (plan,) = read(venue(tmp_path / "museum", openings=[opening((5, 2), (5, 2.01))]), door_width_m=1.1)
     assert [door.width for door in plan.doors] == [pytest.approx(1.1)]
+
+
+@pytest.mark.parametrize(
+    ("shape", "widths"),
+    [
+        (MultiLineString([[(5, 1.4), (5, 2.6)]]), [1.2]),
+        (MultiLineString([[(5, 0.4), (5, 1.4)], [(5, 2.2), (5, 3.6)]]), [1.0, 1.4]),
+        (MultiLineString([[(5, 1), (5, 1.5)], [(5, 1.5), (5, 2.3)]]), [1.3]),
+        (GeometryCollection([Point(5, 2), GeometryCollection([LineString([(5, 1.4), (5, 2.6)])])]), [1.2]),
+        (box(4.9, 1, 5.1, 2.1), [1.1]),
+        (MultiPoint([(5, 1), (5, 3)]), [0.9, 0.9]),
+    ],
+)
+def test_openings_of_any_shape_are_doors(tmp_path, shape, widths):
+    (plan,) = read(venue(tmp_path / "museum", openings=[of("opening", shape, level_id="l0")]))
+    assert sorted(door.width for door in plan.doors) == pytest.approx(widths, rel=2e-3)
+    assert parts(plan) == 1
+    symbols = ("2 openings are points or symbols and get the usual width",) if isinstance(shape, MultiPoint) else ()
+    assert plan.remarks == symbols
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        MultiPolygon([box(0, 0, 5, 4), box(20, 0, 23, 2)]),
+        GeometryCollection([box(0, 0, 5, 4), box(20, 0, 23, 2), Point(1, 1)]),
+        GeometryCollection([MultiPolygon([box(0, 0, 5, 4)]), GeometryCollection([box(20, 0, 23, 2)])]),
+    ],
+)
+def test_units_of_several_parts_are_units(tmp_path, shape):
+    (plan,) = read(venue(tmp_path / "museum", [unit(shape), unit(box(5, 0, 10, 4))]))
+    assert plan.free.area == pytest.approx(4.9 * 3.9 * 2 + 2.9 * 1.9 + 0.12, rel=2e-3)
+    assert plan.remarks == ()
+
+
+def test_what_is_left_out_is_counted(tmp_path):
+    others = {
+        "fixture": [of("fixture", Point(1, 1), level_id="l0"), of("fixture", box(1, 1, 2, 3), level_id="l0")],
+        "openings": [DOOR, opening((0, 0), (1, 0), level="l9"), of("opening", None, level_id="l0"), {"geometry": 7}],
+    }
+    units = [*UNITS, unit(Point(1, 1)), unit(None)]
+    (plan,) = read(venue(tmp_path / "museum", units, **others))
+    assert plan.remarks == (
+        "2 units without an outline left out (Point, no geometry)",
+        "opening.geojson: 1 feature with a damaged shape left out",
+        "1 opening on a level without units left out",
+        "1 opening without a shape left out (no geometry)",
+        "1 fixture taken off the floor",
+        "1 fixture without an outline left out (Point)",
+    )
 
 
 def test_without_openings_rooms_stay_sealed_and_it_is_said(tmp_path):

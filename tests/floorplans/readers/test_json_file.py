@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from pipeline.errors import PlanError
 from pipeline.floorplans.readers.json_file import (
     LARGEST_NUMBER,
+    contains_all,
     finite_number,
     finite_points,
     load_json,
@@ -210,3 +211,17 @@ def test_short_texts_are_clean_and_can_be_stored(value):
 def test_names_never_lead_out_of_a_folder(value):
     name = short_name(value)
     assert "/" not in name and "\\" not in name and not name.startswith(".")
+
+
+@pytest.mark.parametrize("before", [0, (1 << 20) - 3, 2_500_000])
+def test_patterns_are_found_anywhere_in_a_file(tmp_path, before):
+    path = tmp_path / "a.json"
+    path.write_bytes(b"x" * before + b"wall" + b"\xff" * 50 + b"door")
+    assert contains_all(path, ["wa[l]{2}", "door"])
+    assert not contains_all(path, ["wall", "window"])
+    assert contains_all(path, ["door"], most_bytes=before + 58)
+    assert not contains_all(path, ["door"], most_bytes=before + 57)
+
+
+def test_patterns_are_not_found_where_nothing_can_be_read(tmp_path):
+    assert not any(contains_all(path, ["a"]) for path in (tmp_path, tmp_path / "gone", Path("a\0b")))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 import shapely
-from shapely.geometry import Point, Polygon, box, mapping
+from shapely.geometry import GeometryCollection, LineString, MultiLineString, MultiPolygon, Point, Polygon, box, mapping
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.checks import inspect
@@ -68,6 +68,26 @@ def test_slivers_between_shops_are_no_floor(tmp_path):
 def test_another_size_than_stated_is_said(tmp_path):
     (plan,) = read(write(tmp_path, floor(), width=11.0))
     assert plan.remarks[1].startswith("floor_info.json states a width of 11.0 m, the coordinates give 10.0 m")
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        MultiPolygon([box(1, 5, 3, 7), box(5, 1, 8, 2)]),
+        GeometryCollection([box(1, 5, 3, 7), Point(2, 6), GeometryCollection([box(5, 1, 8, 2)])]),
+        MultiLineString([box(1, 5, 3, 7).exterior.coords, box(5, 1, 8, 2).exterior.coords]),
+    ],
+)
+def test_shops_of_several_parts_are_closed(tmp_path, shape):
+    (plan,) = read(write(tmp_path, floor(GeometryCollection([ELL])), shop(shape)))
+    assert plan.free.area == pytest.approx(ELL.area - 7.0, rel=1e-3)
+    assert plan.remarks == ("1 shop or void closed: only the corridors are floor",)
+
+
+def test_what_has_no_outline_is_counted(tmp_path):
+    signs = [shop(Point(1, 1)), shop(Point(2, 2)), shop(LineString([(1, 1), (2, 3)])), shop(None)]
+    (plan,) = read(write(tmp_path, floor(), shop(box(1, 5, 3, 7)), *signs))
+    assert plan.remarks[1] == "4 features without an outline left out (LineString, Point, no geometry)"
 
 
 def test_a_crossed_outline_is_repaired_and_said(tmp_path):

@@ -162,6 +162,47 @@ def test_a_crossed_floor_is_repaired_and_said(tmp_path):
     assert plan.remarks == ("1 outline crossed itself and was repaired",)
 
 
+def test_what_other_tools_make_of_the_shapes_is_read(tmp_path):
+    path, content = written(tmp_path)
+    features = content["features"]
+    for number, kind in ((DOOR, "MultiPoint"), (START, "MultiPoint")):
+        features[number]["geometry"] = {"type": kind, "coordinates": [features[number]["geometry"]["coordinates"]]}
+    features[DOOR]["geometry"]["coordinates"].append([3.5, 0.5])
+    features[FREE]["geometry"] = {"type": "GeometryCollection", "geometries": [features[FREE]["geometry"]]}
+    outline = {"type": "MultiPolygon", "coordinates": [features[ROOM]["geometry"]["coordinates"]]}
+    features[ROOM]["geometry"] = {"type": "GeometryCollection", "geometries": [outline, POINT]}
+    path.write_text(json.dumps(content))
+    plan = read(path)
+    assert plan.free.equals(ELL)
+    assert plan.doors == (Door(1.0, 2.0, 0.9), Door(3.5, 0.5, 0.9))
+    assert plan.endpoints == ENDS
+    assert plan.rooms[0].outline.equals(box(0, 0, 2, 2))
+    assert plan.remarks == ()
+
+
+@pytest.mark.parametrize(
+    ("form", "kinds", "said"),
+    [
+        ("geometry", ["note"], "1 feature not read: 1 of kind 'note'"),
+        ("geometry", ["layer", "unknown", "layer"], "3 features not read: 2 of kind 'layer', 1 of kind 'unknown'"),
+        ("grid", ["room", ""], "2 features not read: 1 of kind 'room', 1 of kind ''"),
+    ],
+)
+def test_features_of_other_kinds_are_counted(tmp_path, form, kinds, said):
+    path, content = written(tmp_path, form)
+    content["features"] += [{"type": "Feature", "properties": {"kind": kind}, "geometry": POINT} for kind in kinds]
+    path.write_text(json.dumps(content))
+    assert read(path).remarks == (said,)
+
+
+def test_a_member_far_behind_the_features_is_found(tmp_path):
+    path, content = written(tmp_path)
+    content["features"][ROOM]["properties"]["note"] = "x" * 3_000_000
+    path.write_text(json.dumps({key: content[key] for key in ("type", "features", "hinterland")}))
+    (entry,) = classify([lone_file(path)])
+    assert (entry.role, entry.reader.name) == (PLAN, "plan_geojson")
+
+
 def test_own_files_are_recognised_however_they_are_laid_out(tmp_path):
     path, content = written(tmp_path)
     for indent in (None, 2):

@@ -5,7 +5,15 @@ from pathlib import Path
 import pytest
 import shapely
 from shapely import affinity
-from shapely.geometry import LineString, Polygon, box
+from shapely.geometry import (
+    GeometryCollection,
+    LineString,
+    MultiLineString,
+    MultiPoint,
+    MultiPolygon,
+    Polygon,
+    box,
+)
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.checks import inspect
@@ -55,6 +63,37 @@ def test_an_ell_is_not_mirrored_and_keeps_its_size(tmp_path):
     assert (east - west, north - south) == pytest.approx((10.0, 8.0), rel=1e-3)
     assert shapely.contains_xy(plan.free, east - 1, south + 1)
     assert not shapely.contains_xy(plan.free, east - 1, north - 1)
+
+
+@pytest.mark.parametrize(
+    ("wall", "door", "area"),
+    [
+        (MultiPolygon([box(4.9, 0, 5.1, 1.5), box(4.9, 2.4, 5.1, 4)]), None, 40 - 0.2 * 3.1),
+        (GeometryCollection([WALL, GeometryCollection([box(7, 0, 7.5, 2)])]), DOOR, 40 - 0.8 - 1.0 + 0.18),
+        (LineString([(5, 0), (5, 4)]), LineString([(5, 1.5), (5, 2.4)]), 40 - 0.1 * 3.1),
+        (MultiLineString([[(5, 0), (5, 4)], [(7, 0), (7, 2)]]), MultiPolygon([DOOR]), 40 - 0.4 - 0.205 + 0.09),
+        (GeometryCollection([WALL, LineString([(7, 0), (7, 2)])]), GeometryCollection([DOOR]), 40 - 0.8 - 0.205 + 0.18),
+    ],
+)
+def test_walls_and_doors_of_any_shape_are_read(tmp_path, wall, door, area):
+    doors = [of("door", door)] if door is not None else []
+    (plan,) = read(tmp_path, of("building_outline", GeometryCollection([OUTLINE])), of("wall", wall), *doors)
+    assert plan.free.area == pytest.approx(area, abs=0.04)
+    assert len(shapely.get_parts(plan.free)) == 1
+    assert [each.width for each in plan.doors] == [pytest.approx(0.9, abs=0.002)] * len(doors)
+    assert plan.remarks == ()
+
+
+def test_doors_in_one_feature_are_doors_of_their_own(tmp_path):
+    doors = MultiPolygon([box(4.9, 0.5, 5.1, 1.2), box(4.9, 2, 5.1, 3.3)])
+    (plan,) = read(tmp_path, of("building_outline", OUTLINE), of("wall", WALL), of("door", doors))
+    assert sorted(each.width for each in plan.doors) == pytest.approx([0.7, 1.3], abs=0.002)
+
+
+def test_what_has_no_outline_is_counted(tmp_path):
+    others = [of("door", MultiPoint([(5, 1), (5, 2)])), of("stairs", LineString([(0, 0), (1, 1)])), of("wall", None)]
+    (plan,) = read(tmp_path, of("building_outline", OUTLINE), *others)
+    assert plan.remarks == ("3 features without an outline left out (LineString, MultiPoint, no geometry)",)
 
 
 def test_without_its_door_a_wall_seals(tmp_path):
