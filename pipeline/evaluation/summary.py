@@ -4,7 +4,7 @@ No value is NaN: a number that cannot be formed is None, and the counts beside i
 """
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from itertools import product
 from math import isfinite
@@ -41,13 +41,15 @@ def summarise(
     *,
     ransac_threshold_m: float = THRESHOLD_M,
     remarks: Sequence[str] = (),
+    network: Mapping[str, Any] | None = None,
     resamples: int = RESAMPLES,
 ) -> dict[str, Any]:
     """Return every number of docs/metrics.md for a trial table and, where there are any, the network's estimates.
 
     ``seed`` feeds the bootstrap and the RANSAC draws only; each planner has streams of its own, so adding a planner
     moves no other number. ``remarks``: sentences that the reader of the numbers has to know, kept as they are.
-    Keys: version, seed, settings, remarks, trials, digest, planners, buildings, estimates.
+    ``network``: the settings that the network was made with, its training seed among them.
+    Keys: version, seed, settings, remarks, network, trials, digest, planners, buildings, estimates.
     """
     rows = trial_rows(trials)
     names = planners_in(trials)
@@ -68,6 +70,7 @@ def summarise(
             "clear_loss": CLEAR_LOSS,
         },
         "remarks": list(remarks),
+        "network": None if network is None else dict(network),
         "trials": len({row.trial_id for row in rows}),
         "environments": sorted({row.environment for row in rows}),
         "splits": sorted({row.split for row in rows}),

@@ -12,7 +12,7 @@ def made_differently(made_with: Settings, present: Settings) -> list[str]:
 
     Where ``made_with`` lacks a setting, the sentence says that it is not known; where it lacks all, one says so.
     """
-    if not made_with:
+    if made_with.keys().isdisjoint(present):
         return ["The network's file does not say what sensor, robot and resolution it was made with: train it again."]
     return [_sentence(name, made_with, present[name]) for name in sorted(present) if _differs(name, made_with, present)]
 

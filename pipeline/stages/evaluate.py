@@ -120,7 +120,8 @@ def evaluate(raw: DictConfig) -> StageResult:
     )
     source, target = work.folder("rasterize"), work.folder("evaluate")
     pairs, worlds = _trials(source, settings)
-    remarks = _remarks(settings, worlds)
+    network = _load(settings).header.made_with if "learned" in settings.evaluate.planners else None
+    remarks = _remarks(settings, worlds, network)
     for remark in remarks:
         print(f"warning: {remark}", file=sys.stderr)
     run = partial(run_units, workers=work.workers, progress=work.progress)
@@ -136,6 +137,7 @@ def evaluate(raw: DictConfig) -> StageResult:
         work.seed,
         ransac_threshold_m=settings.evaluate.ransac_threshold_m,
         remarks=remarks,
+        network=network,
     )
     write_json(target / "summary.json", summary)
     print(format_cost_table(summary))
@@ -146,18 +148,15 @@ def evaluate(raw: DictConfig) -> StageResult:
     )
 
 
-def _remarks(settings: _Settings, worlds: dict[str, PackedWorld]) -> list[str]:
-    """Return in what these trials differ from the data that the network was made with, and whether they made it.
-
-    Raises TableError for a missing or foreign network, before any trial is driven.
-    """
-    if "learned" not in settings.evaluate.planners:
+def _remarks(settings: _Settings, worlds: dict[str, PackedWorld], network: dict[str, Any] | None) -> list[str]:
+    """Return in what these trials differ from the data that the network was made with, and whether they made it."""
+    if network is None:
         return []
     resolutions = sorted({world.row["resolution_m"] for world in worlds.values()})
     sections = {"sensor": asdict(settings.sensor), "robot": asdict(settings.robot)}
     present = {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
     present["rasterize.resolution_m"] = resolutions[0] if len(resolutions) == 1 else resolutions
-    found = made_differently(_load(settings).header.made_with, present)
+    found = made_differently(network, present)
     return [*found, *(remark for split, remark in CHOSE.items() if split == settings.evaluate.split)]
 
 

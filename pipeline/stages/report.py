@@ -83,6 +83,7 @@ def _summarise(inputs: "ReportInputs", seed: int) -> dict[str, Any]:
         seed,
         ransac_threshold_m=float(settings.get("ransac_threshold_m", THRESHOLD_M)),
         remarks=inputs.evaluate.get("remarks", ()),
+        network=inputs.evaluate.get("network"),
     )
 
 

@@ -53,6 +53,8 @@ class TrainConfig:
     calibrate: bool = True
     validate_every: int = 1000
     accelerator: str = "cpu"
+    seed: int | None = None
+    """Of the first weights and the order of the batches; null means the root key ``seed``, which draws the data."""
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
@@ -70,6 +72,7 @@ class TrainConfig:
         require(0 <= self.dropout < 1, "train.dropout", self.dropout, "from 0 to below 1")
         for name in ("success_loss_weight", "exploration_loss_weight"):
             require(getattr(self, name) >= 0, f"train.{name}", getattr(self, name), "at least 0")
+        require(self.seed is None or self.seed >= 0, "train.seed", self.seed, "null or at least 0")
         _require_one_of("target_scaling", self.target_scaling, get_args(TargetScaling))
         _require_one_of("input_frame", self.input_frame, INPUT_KINDS)
         _require_one_of("accelerator", self.accelerator, ("cpu", "gpu", "auto"))
@@ -93,7 +96,9 @@ def train(raw: DictConfig) -> StageResult:
         progress=work.progress,
     )
     calibration = _calibration(fitted, examples["validation"], work.root) if config.calibrate else Calibration()
-    header = _header(fitted, config, calibration, _made_with(work.folder("harvest") / "harvest.json"))
+    made_with = _made_with(work.folder("harvest") / "harvest.json")
+    made_with |= {"train.seed": work.seed if config.seed is None else config.seed}
+    header = _header(fitted, config, calibration, made_with)
     save_weights(target / "network.safetensors", header, _arrays(fitted))
     summary = _summary(fitted, calibration, examples, config, work.root)
     write_json(target / "train.json", summary)
@@ -138,7 +143,7 @@ def network_inputs(rows: DatumRows, config: TrainConfig, folder: Path) -> NDArra
 
 
 def fit_settings(config: TrainConfig, seed: int) -> FitSettings:
-    """Return what the fit needs of ``config``."""
+    """Return what the fit needs of ``config``; ``seed`` is that of the data, used where the training has none."""
     return FitSettings(
         steps=config.steps,
         batch_size=config.batch_size,
@@ -151,7 +156,7 @@ def fit_settings(config: TrainConfig, seed: int) -> FitSettings:
         exploration_weight=config.exploration_loss_weight,
         target_scaling="log" if config.target_scaling == "log" else "standardise",
         validate_every=config.validate_every,
-        seed=seed,
+        seed=seed if config.seed is None else config.seed,
         accelerator=config.accelerator,
         code=digest_code(*CODE),
     )

@@ -80,7 +80,7 @@ def test_weights_say_what_their_datums_were_made_with(tmp_path: Path, capsys: py
     for artifacts in (tmp_path / "told", tmp_path / "untold"):
         train(configuration(artifacts))
         found.append(load_weights(artifacts / "train" / "network.safetensors")[0].made_with)
-    assert found == [made_with, {}]
+    assert found == [made_with | {"train.seed": 3}, {"train.seed": 3}]
     assert capsys.readouterr().out.count("the weights will not say what sensor and robot they were made with") == 1
 
 
@@ -120,6 +120,22 @@ def test_training_again_gives_the_same_weights(tmp_path: Path) -> None:
         train(configuration(artifacts))
         written.append((artifacts / "train" / "network.safetensors").read_bytes())
     assert written[0] == written[1]
+
+
+def test_the_seed_of_the_training_is_its_own(tmp_path: Path) -> None:
+    """Seed 3 draws the data: train.seed=3 is what null means, another gives other weights from equal datums."""
+    weights, examples = {}, {}
+    for key in (None, 3, 4):
+        artifacts = tmp_path / str(key)
+        write_datums(artifacts)
+        train(configuration(artifacts, seed=key))
+        path = artifacts / "train" / "network.safetensors"
+        weights[key] = path.read_bytes()
+        config = TrainConfig(**QUICK, seed=key)
+        examples[key] = read_examples(artifacts / "harvest" / "datums", "train", config, tmp_path).fingerprint()
+        assert load_weights(path)[0].made_with["train.seed"] == (3 if key is None else key)
+    assert weights[None] == weights[3] != weights[4]
+    assert len(set(examples.values())) == 1
 
 
 @pytest.mark.parametrize("frame", ["subgoal", "robot", "map"])
@@ -245,6 +261,7 @@ def test_memory_does_not_grow_with_the_table(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
+        ({"seed": -1}, r"train\.seed = -1: expected null or at least 0"),
         ({"steps": 0}, r"train\.steps = 0: expected at least 1 step"),
         ({"batch_size": 1}, r"train\.batch_size = 1: expected at least 2"),
         ({"dropout": 1.0}, r"train\.dropout = 1\.0: expected from 0 to below 1"),
