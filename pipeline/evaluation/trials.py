@@ -42,7 +42,7 @@ class TrialRow(NamedTuple):
     planner: one of PLANNERS, or the name of a later system.
     cost_m: distance really travelled [m]; for known_map the shortest distance in the true map.
     ending: a key of ENDINGS.
-    steps: scans taken; decisions: times the planner chose anew; seconds: wall time of the whole trial [s].
+    steps: scans taken; decisions: times the planner chose anew; seconds: the robot's own time [s], see Episode.
     start and goal: world frame [m].
     """
 

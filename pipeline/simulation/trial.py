@@ -1,5 +1,6 @@
 """One loop for every planner: sense, decide, move, until the trial ends."""
 
+from collections.abc import Callable
 from enum import StrEnum
 from time import perf_counter
 from typing import NamedTuple
@@ -33,7 +34,7 @@ class Episode(NamedTuple):
     travelled: distance really travelled [m].
     path: [k] int32 flat cells the robot's centre passed, from the start on.
     steps: number of scans; decisions: number of times the planner was asked.
-    seconds: wall time of the whole loop [s].
+    seconds: wall time of the loop [s]: sensing, deciding and moving, without what was done ``aside``.
     known: [rows, cols] uint8, the robot's map at the end.
     """
 
@@ -72,6 +73,7 @@ def run_trial(
     rng: np.random.Generator,
     merge_m: float = 0.0,
     max_steps: int | None = None,
+    aside: Callable[[], None] | None = None,
 ) -> Episode:
     """Let ``planner`` drive a robot from ``start`` to ``goal`` in a world it has not seen.
 
@@ -83,6 +85,7 @@ def run_trial(
     step_m: distance between two scans [m], to the nearest cell on the path; at least one cell is moved.
     merge_m: frontiers less than this apart [m], by way of reached space, make one subgoal.
     max_steps: ends the trial as CUT_OFF; default 4 x the number of cells, which no planner of this project meets.
+    aside: called after each decision, for whoever keeps records; the robot's clock stands meanwhile.
 
     Raises:
         TrialError: the robot cannot stand at the start, or the goal is outside the grid.
@@ -96,7 +99,7 @@ def run_trial(
     pose = Pose(start.row, start.col, 0.0)
     path: NDArray[np.int32] = np.empty(0, dtype=np.int32)
     track = [np.array([start.row * cols + start.col], dtype=np.int32)]
-    travelled, decisions, began = 0.0, 0, perf_counter()
+    travelled, decisions, paused, began = 0.0, 0, 0.0, perf_counter()
     ending, steps = Ending.CUT_OFF, 0
     widen = round(merge_m / (2.0 * world.grid.resolution))
     for step in range(max_steps or 4 * rows * cols):
@@ -110,6 +113,10 @@ def run_trial(
             seen = Seen(map_, pose, goal, ranges, world.grid.resolution, step, widen)
             chosen = planner.plan(seen)
             decisions += 1
+            if aside is not None:
+                stopped = perf_counter()
+                aside()
+                paused += perf_counter() - stopped
             if chosen is None:
                 check_surrender(seen, by)
                 ending = Ending.UNREACHABLE
@@ -128,6 +135,6 @@ def run_trial(
         np.concatenate(track),
         steps,
         decisions,
-        perf_counter() - began,
+        perf_counter() - began - paused,
         map_.known,
     )
