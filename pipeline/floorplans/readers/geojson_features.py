@@ -76,7 +76,7 @@ def mentions(path: Path, *words: str) -> bool:
     """Return whether ``path`` is a GeoJSON collection in which all ``words`` stand in quotes, however far behind."""
     if not sniff_text(path, 64).lstrip().startswith(("{", "[")):
         return False
-    return contains_all(path, [rf'\\?"{re.escape(word)}\\?"' for word in ("FeatureCollection", *words)])
+    return contains_all(path, [rf'"{re.escape(word)}\\?"' for word in ("FeatureCollection", *words)])
 
 
 def load_features(path: Path) -> Features:

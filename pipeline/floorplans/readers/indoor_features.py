@@ -38,6 +38,7 @@ _NEARLY_M = 0.05  # what is as near as the nearest
 _MOSTLY = 0.5
 _MOST_PAIRS = 100_000
 _MOST_QUOTED = 3
+_ONLY_LEVEL = ("0",)  # of a map in which nothing has a level
 
 
 class Mapped(NamedTuple):
@@ -83,12 +84,14 @@ def map_of(found: Features) -> IndoorMap:
     with_comma: list[str] = []
     in_part: list[str] = []
     unread: Counter[str] = Counter()
+    bare = not any(feature.said(key) for feature in found.features for key in ("level", "repeat_on"))
     for feature in found.features:
         kind = _kind_of(feature)
         if kind is None:
             unread[feature.text("indoor")] += 1
             continue
         text, said = levels_of(feature)
+        said = said._replace(found=_ONLY_LEVEL) if bare and kind in (_ROOM, _MAYBE_ROOM) else said
         with_comma += said.with_comma
         in_part += said.unread if said.found else ()
         if feature.shape is None or not _is_usable(feature.shape, kind):
@@ -97,7 +100,8 @@ def map_of(found: Features) -> IndoorMap:
             of_kind[kind].append(Mapped(feature, said.found, feature.shape))
         else:
             lost[kind].append(text)
-    remarks = [remark for kind, texts in lost.items() for remark in _say_lost(kind, texts)]
+    remarks = ["no feature has a level: all rooms are taken as one level, 0"] if bare else []
+    remarks += [remark for kind, texts in lost.items() for remark in _say_lost(kind, texts)]
     remarks += [line for kind, shapes in shapeless.items() for line in say_left_out(shapes, kind, _LACKING[kind])]
     remarks += [*_say_commas(with_comma), *_say_in_part(in_part), *_say_unread(unread)]
     return IndoorMap(of_kind[_ROOM], of_kind[_WALL], of_kind[_DOOR], of_kind[_MAYBE_ROOM], tuple(remarks))

@@ -289,6 +289,13 @@ def test_levels_that_cannot_be_read_are_said(tmp_path):
         read(tmp_path, [room(level="B1"), room(level="B1"), room(level="EG")])
 
 
+def test_a_map_without_any_level_has_one(tmp_path):
+    bare = [feature(HALL, indoor="room"), feature(SIDE, indoor="corridor"), feature(Point(5, 1), door="yes")]
+    (plan,) = read(tmp_path, bare)
+    assert (plan.floor, len(plan.doors), parts(plan)) == ("site.0", 1, 1)
+    assert plan.remarks[0] == "no feature has a level: all rooms are taken as one level, 0"
+
+
 def test_areas_that_are_only_said_to_be_indoors_are_rooms_where_none_is(tmp_path):
     (plan,) = read(
         tmp_path, [*(each | {"properties": {"indoor": "yes", "level": "0"}} for each in hall_and_side()), door(5, 1)]
@@ -354,6 +361,18 @@ def test_a_building_on_the_180th_meridian_is_one(tmp_path):
     assert off_corner(plan, plan.doors[0]) == pytest.approx((5, 1), abs=0.02)
 
 
+def test_a_room_that_is_cut_in_two_at_the_180th_meridian_is_one(tmp_path):
+    """As RFC 7946 wants it: the halves end at 180 and begin at -180."""
+    halves = [[[west, -16.8], [east, -16.8], [east, -16.79995], [west, -16.79995], [west, -16.8]] for west, east in
+              ((179.99996, 180.0), (-180.0, -179.99993))]  # fmt: skip
+    geometry = {"type": "MultiPolygon", "coordinates": [[half] for half in halves]}
+    record = {"type": "Feature", "properties": {"indoor": "room", "level": "0"}, "geometry": geometry}
+    (plan,) = read(tmp_path, [record])
+    wide, high = 0.00011 * 106_590, 0.00005 * 110_667  # metres of a degree at 16.8 degrees south
+    assert plan.free.area == pytest.approx((wide - 0.1) * (high - 0.1), rel=2e-3)
+    assert (parts(plan), plan.remarks) == (1, ())
+
+
 def test_tags_inside_a_property_and_far_behind_are_found(tmp_path):
     nested = [each | {"properties": {"type": "way", "tags": each["properties"], "meta": {}}} for each in two_rooms()]
     road = feature(LineString([(k % 90, k) for k in range(300)]), highway="footway")
@@ -403,7 +422,8 @@ def test_outdoor_features_are_passed_over(tmp_path):
     ("features", "said"),
     [
         ([], "no room, area or corridor with a level, expected indoor="),
-        ([room(level="")], "no room, area or corridor with a level"),
+        ([room(level="EG")], "no room, area or corridor with a level.*the levels are 'EG'"),
+        ([room(level=""), door(0, 0)], "no room, area or corridor with a level"),
         ([door(0, 0)], "no room, area or corridor with a level"),
         ([room(level=f"0;{low}-{low + 190}") for low in (-190, 1)], "382 levels, at most 200"),
         (
