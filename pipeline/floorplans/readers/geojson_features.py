@@ -150,10 +150,15 @@ def encloses(shape: shapely.Geometry | None) -> bool:
 
 
 class Opening(NamedTuple):
-    """Where a feature marks a door or an opening [m]; ``length`` is that of its line, None for a point or a symbol."""
+    """Where a feature marks a door or an opening [m].
+
+    length: that of its line or of the longer side of its area, None for a point or a symbol. line: where it is an open
+    one.
+    """
 
     middle: Point
     length: float | None
+    line: LineString | None = None
 
 
 def openings_of(shape: shapely.Geometry | None) -> list[Opening]:
@@ -167,13 +172,14 @@ def openings_of(shape: shapely.Geometry | None) -> list[Opening]:
     drawn = [*shapely.get_parts(shapely.line_merge(MultiLineString(lines)))] if lines else []
     found = []
     for part in (*drawn, *(polygon for polygon in polygons_of(shape) if not polygon.is_empty)):
-        if isinstance(part, Polygon) or part.is_closed:
+        line = part if isinstance(part, LineString) and not part.is_closed else None
+        if line is None:
             corners = shapely.get_coordinates(shapely.oriented_envelope(part))
             length = float(np.hypot(*np.diff(corners[:3], axis=0).T).max(initial=0.0))
             middle = part.centroid
         else:
-            length, middle = part.length, part.interpolate(0.5, normalized=True)
-        found.append(Opening(middle, length if _NARROWEST_M <= length <= _WIDEST_M else None))
+            length, middle = line.length, line.interpolate(0.5, normalized=True)
+        found.append(Opening(middle, length if _NARROWEST_M <= length <= _WIDEST_M else None, line))
     on_lines = MultiLineString(drawn)
     points = [part for part in shapely.get_parts(shape) if isinstance(part, Point) and not part.is_empty]
     return [*found, *(Opening(spot, None) for spot in points if not drawn or spot.distance(on_lines) > _ON_LINE_M)]

@@ -14,11 +14,13 @@ from pathlib import Path
 import numpy as np
 import shapely
 from shapely.geometry import MultiLineString, Point
+from shapely.ops import nearest_points
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.plan import Bounds, Door, FloorPlan, GridPlan, Room
 from pipeline.floorplans.projection import frame_around
 from pipeline.floorplans.readers.geojson_features import (
+    Opening,
     lines_of,
     load_features,
     mentions,
@@ -36,6 +38,7 @@ from pipeline.floorplans.walls import check_lines
 
 _MOST_LEVELS = 200
 _ON_WALL_M = 0.05
+_STEEPEST = 0.25
 _WIDTHS = ("width", "door:width", "entrance:width")
 
 
@@ -97,8 +100,9 @@ def _plan(path: Path, level: str, mapped: IndoorMap, options: ReadOptions, remar
     solids = _on(level, mapped.walls)
     check_lines(np.array([line for each in solids for line in lines_of(each.metres())], dtype=object), "the walls")
     walls = [_wall(each, options.wall_m) for each in solids]
-    passages, unread = _passages(_on(level, mapped.doors))
-    outlines = shapely.union_all([shapely.boundary(room.outline) for room in rooms])
+    boundaries = shapely.boundary([room.outline for room in rooms])
+    passages, unread = _passages(_on(level, mapped.doors), shapely.STRtree([*boundaries, *walls]))
+    outlines = shapely.union_all(boundaries)
     solid = shapely.union_all(walls)
     inner = [each for each in passages if _stands_in(solid, each) and outlines.distance(_spot(each)) > _ON_WALL_M]
     joined = free_from_rooms(
@@ -145,7 +149,7 @@ def _wall(mapped: Mapped, wall_m: float) -> shapely.Geometry:
     return shapely.union_all([lines, outline[0]]) if outline is not None else lines
 
 
-def _passages(doors: list[Mapped]) -> tuple[list[Passage], list[str]]:
+def _passages(doors: list[Mapped], walls: shapely.STRtree) -> tuple[list[Passage], list[str]]:
     """Return the doors, and their widths that are none: a line without a width is as wide as it is long."""
     passages, unread = [], []
     for each in doors:
@@ -153,9 +157,27 @@ def _passages(doors: list[Mapped]) -> tuple[list[Passage], list[str]]:
         width = metres_in(text)
         unread += [text] if text and width is None else []
         leaf = each.feature.text("door").lower() != "no"
-        for middle, length in openings_of(each.metres()):
-            passages.append(Passage(middle.x, middle.y, width=width or length, leaf=leaf))
+        for opening in openings_of(each.metres()):
+            spot, length = _on_wall(opening, walls)
+            passages.append(Passage(spot.x, spot.y, width=width or length, leaf=leaf))
     return passages, unread
+
+
+def _on_wall(opening: Opening, walls: shapely.STRtree) -> tuple[Point, float | None]:
+    """Return where an opening is and how wide; a line that runs through a wall, not along it, has no width.
+
+    Such a line is a way through the door: an end lies further from all walls than its middle, or nearer, by a quarter
+    of its length. The door is where it meets the wall nearest to its middle.
+    """
+    if opening.line is None:
+        return opening.middle, opening.length
+    spots = [opening.middle, *shapely.points(shapely.get_coordinates(opening.line)[[0, -1]])]
+    _, away = walls.query_nearest(spots, all_matches=False, return_distance=True)
+    if len(away) < len(spots) or (np.abs(away[1:] - away[0]) <= _STEEPEST * opening.line.length).all():
+        return opening.middle, opening.length
+    crossed = shapely.union_all(walls.geometries[walls.query(opening.line, predicate="intersects")])
+    met = shapely.intersection(opening.line, crossed)
+    return (opening.middle if met.is_empty else nearest_points(met, opening.middle)[0]), None
 
 
 def _say_widths(unread: list[str]) -> tuple[str, ...]:

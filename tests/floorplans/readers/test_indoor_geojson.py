@@ -170,6 +170,9 @@ def off_corner(plan, opening):
         (feature(LineString([(5, 0.6), (5, 1.8)]), door="yes", level="0", width="0,8"), (5, 1.2), 0.8),
         (feature(MultiLineString([[(5, 0.6), (5, 1)], [(5, 1), (5, 2)]]), door="yes"), (5, 1.3), 1.4),
         (feature(box(4.9, 0.5, 5.1, 1.5), indoor="door", level="0"), (5, 1), 1.0),
+        (feature(LineString([(5.2, 0.6), (5.2, 1.8)]), door="yes", level="0"), (5, 1.2), 1.2),  # beside the wall
+        (feature(LineString([(4, 1), (6.5, 1.5)]), door="yes", level="0"), (5, 1.2), 0.9),  # a way through it
+        (feature(LineString([(4.6, 1.2), (5.6, 1.2)]), door="yes", width="1"), (5, 1.2), 1.0),
         (feature(GeometryCollection([Point(5, 1.2), LineString([(5, 0.6), (5, 1.8)])]), door="yes"), (5, 1.2), 1.2),
     ],
 )  # fmt: skip
