@@ -15,8 +15,10 @@ from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Subgoal, Surroundings
 from pipeline.simulation.trial import Ending, Episode, run_trial
 from pipeline.simulation.world import World, known_map_distance, make_world
+from pipeline.systems.subgoals import competition
 from pipeline.systems.subgoals.perfect import PerfectEstimator
 from pipeline.systems.subgoals.planner import SubgoalPlanner
+from tests.systems.networks import untrained
 from tests.worlds import Drawing, cluttered_worlds, small_lidar
 
 
@@ -36,6 +38,8 @@ class Liar:
         return Estimates(p, self._rng.choice([0.0, 1e6], count), self._rng.choice([0.0, 3.0, 1e6], count))
 
 
+# Sure of much that is not so, since they were never trained.
+NETWORKS = {frame: [untrained(frame, seed=seed) for seed in range(4)] for frame in ("subgoal", "map")}
 PLANNERS: dict[str, Callable[[World, int], Planner]] = {
     "optimistic": lambda world, seed: OptimisticPlanner(),
     "learned": lambda world, seed: SubgoalPlanner(estimator=Liar(seed), max_subgoals=5),
@@ -43,6 +47,8 @@ PLANNERS: dict[str, Callable[[World, int], Planner]] = {
         estimator=Liar(seed), max_subgoals=1, rescale_probabilities=True, failure_penalty_m=50.0, optimism=2.0
     ),
     "perfect": lambda world, seed: SubgoalPlanner(estimator=PerfectEstimator(world)),
+    "learned, scans": lambda world, seed: SubgoalPlanner(estimator=NETWORKS["subgoal"][seed % 4]),
+    "learned, map": lambda world, seed: SubgoalPlanner(estimator=NETWORKS["map"][seed % 4], optimism=1.0),
 }
 
 
@@ -99,6 +105,38 @@ def test_every_reachable_goal_is_reached(name: str) -> None:
 
     drive()
     assert tried > 400, "most worlds were passed over: the property says little"
+
+
+@pytest.mark.parametrize("name", competition.PLANNERS)
+def test_every_reachable_goal_is_reached_in_the_competition(name: str) -> None:
+    rules = competition.Rules(
+        lidar=small_lidar(max_range_m=4.0, noise_m=0.5),
+        step_m=0.9,
+        merge_m=1.0,
+        weight_floor_m=1.0,
+        max_steps=None,
+        plan_over=lambda estimator: SubgoalPlanner(estimator=estimator, max_subgoals=3),
+    )
+    tried = 0
+
+    @settings(deadline=None, max_examples=300)
+    @given(drawn=cluttered_worlds(), seed=st.integers(0, 2**31), radius=st.sampled_from([0.0, 0.5]))
+    def compete(drawn: Drawing, seed: int, radius: float) -> None:
+        nonlocal tried
+        world = clear_start(drawn, radius)
+        if world is None:
+            return
+        tried += 1
+        found = competition.drive(name, world, drawn.start, drawn.goal, rules, trial_id=f"{seed}",
+                                  learned=NETWORKS["map" if seed % 2 else "subgoal"][0],
+                                  rng=np.random.default_rng(seed))  # fmt: skip
+        check_trial(world, drawn, found.episode)
+        for row in found.estimates:
+            assert 0.0 < row.p_success < 1.0 and row.delta_success_m >= 0.0 and row.exploration_m >= 0.0
+            assert (row.true_exploration_m is None) == row.leads_to_goal != (row.true_delta_success_m is None)
+
+    compete()
+    assert tried > 80, "most worlds were passed over: the property says little"
 
 
 def clear_start(drawn: Drawing, radius: float) -> World | None:
