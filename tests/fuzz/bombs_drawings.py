@@ -1,5 +1,7 @@
 """Bombs for drawings and models: SVG, DXF, IFC."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from tests.fuzz.bombs_common import DEEP, Bombs, replace_main
@@ -56,6 +58,52 @@ def svg_bombs(sample: Sample) -> Bombs:
         )
     deep = '<g class="Wall">' * 99 + '<rect width="900" height="900"/>' + "</g>" * 99
     yield "99 groups", body(deep)
+    wall = '<rect class="Wall" width="900" height="900"/>'
+    yield from ((name, body(inner)) for name, inner in _svg_style_bombs(wall))
+    yield from ((name, body(inner)) for name, inner in _svg_copy_bombs(wall))
+    pen = 'class="Wall" fill="none" stroke="#000" stroke-width="50"'
+    yield "a scribble with a pen", body(f'<polyline {pen} points="{scribble}"/>')
+    yield "a comb with a pen", body(f'<path {pen} d="M0 0{"v900h3v-900h3" * 8000}"/>')
+    spots = " ".join(f"M{x:.0f} {y:.0f}h40v40h-40z" for x, y in rng.uniform(0, 900, (20_000, 2)).tolist())
+    yield "20,000 squares in a path", body(f'<path class="Wall" d="{spots}"/>')
+    grid = "".join(f"M{k} 0v600h1v-600zM0 {k}h600v-1h-600z" for k in range(0, 600, 3))
+    yield "a grid in a path", body(f'<path class="Wall" d="{grid}"/>')
+
+
+def _svg_style_bombs(wall: str) -> Iterator[tuple[str, str]]:
+    deep = "<g>" * 95 + wall * 2000 + "</g>" * 95
+    for name, selector in (
+        ("ancestors", "g " * 60 + "a"),
+        ("siblings", "rect ~ " * 60 + "a"),
+        ("nots", ":not(" * 20_000),
+        ("brackets", "(" * 200_000),
+        ("counts", "rect:nth-last-of-type(n)"),
+        ("texts", "[class*=a]" * 300),
+    ):
+        yield f"a sheet of {name}", f"<style>{selector}{{fill:none}}</style>{deep}"
+    yield "a sheet of rules", f"<style>{'*{fill:none}' * 3000}</style>{deep}"
+    yield "a sheet of classes", f"<style>{''.join(f'.a{k}{{fill:none}}' for k in range(30_000))}</style>{wall}"
+    yield "a sheet in sheets", f"<style>{'@media screen{' * 20_000}</style>{wall}"
+    yield "a sheet of braces", f"<style>{'a{' * 100_000}</style>{wall}"
+    yield "brackets in a style", wall.replace("/>", f' style="fill:{"(" * 200_000}"/>')
+    yield "a long colour", wall.replace("/>", f' fill="rgb({"1," * 200_000}"/>')
+    yield (
+        "an attribute of texts",
+        f"<style>{'[class~=a]{fill:none}' * 2000}</style>" + wall.replace("Wall", "Wall " * 200_000),
+    )
+
+
+def _svg_copy_bombs(wall: str) -> Iterator[tuple[str, str]]:
+    towers = "".join(f'<g id="t{k}">{f"""<use href="#t{k + 1}"/>""" * 20}</g>' for k in range(20))
+    yield "a tower of copies", f'<defs>{towers}<g id="t20">{wall}</g></defs><use href="#t0"/>'
+    yield "copies in a circle", f'<g id="a"><use href="#b"/>{wall}</g><g id="b"><use href="#a"/><use href="#a"/></g>'
+    yield "copies of the whole", f'<g id="a">{wall}{"""<use href="#a"/>""" * 20_000}</g>'
+    crown = " ".join(f"{900 + 800 * np.cos(k / 900):.3f},{900 + 800 * np.sin(k / 900):.3f}" for k in range(5600))
+    clip = f'<clipPath id="c"><polygon points="{crown}"/></clipPath>'
+    yield "a clip path of corners", clip + f'<g clip-path="url(#c)">{wall}</g>' * 500
+    clips = "".join(f'<clipPath id="c{k}"><g clip-path="url(#c{k + 1})">{wall * 3}</g></clipPath>' for k in range(200))
+    yield "a chain of clip paths", f'{clips}<g clip-path="url(#c0)">{wall}</g>'
+    yield "clip paths in each other", '<g clip-path="url(#c)">' * 90 + wall * 200 + "</g>" * 90 + clip
 
 
 def dxf_bombs(sample: Sample) -> Bombs:

@@ -50,6 +50,26 @@ def svg_samples() -> Iterator[Sample]:
     start, _, rest = text.partition("</g></g></svg>")
     walls_only = start[: start.index('<g class="Space')] + "</g></g></svg>" + rest
     yield Sample({"flat.svg": walls_only.encode()}, "flat.svg", CENTIMETRES)
+    yield Sample({"styled.svg": _STYLED_SVG.encode()}, "styled.svg", CENTIMETRES)
+
+
+_STYLED_SVG = """<?xml version="1.0"?>
+<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 800 500">
+<style type="text/css">.Wall path, #post { fill: none } .fat{stroke-width:20px;stroke:#333!important}
+g &gt; .old ~ rect{display:none} @media screen{.off{visibility:hidden}} rect[rx]:not(.a):nth-child(2n+1){opacity:.5}
+.m{transform:translate(5%, 10px) rotate(.25turn);transform-origin:center;fill-rule:evenodd}</style>
+<defs><clipPath id="c" clip-rule="evenodd"><path d="M0 0h800v500h-800zM1 1h2v2h-2z"/><use href="#post"/></clipPath>
+<symbol id="s" viewBox="0 0 10 10" preserveAspectRatio="xMinYMax slice">
+<rect class="Wall" width="50%" height="1"/></symbol>
+<g id="both"><use xlink:href="#s" width="90" height="90"/><use href="#s" x="3"/></g></defs>
+<g class="Wall fat" clip-path="url(#c)"><path d="M10 10H790V490H10Z" stroke-linejoin="bevel"/>
+<path class="m" fill="#fff" stroke="none" d="M390 0h20v200h-20zM395 100h10v390h-10z"/>
+<rect id="post" x="100" y="100" width="9" height="9" rx="2"/></g>
+<svg class="Walls" x="50%" y="1cm" width="100" height="200" viewBox="0 0 50 50"><polyline points="9,9 40,9 40,40"
+stroke-width="4" stroke-linecap="square" vector-effect="non-scaling-stroke" stroke="rgb(1 2 3 / 40%)"/></svg>
+<g class="off"><rect class="Wall" width="20" height="9"/>
+<use href="#both" transform="skewX(9) matrix(1 0 0 2 9 9)"/></g>
+<use class="Wall" href="#both" y="60" opacity="80%" style="translate:9px;scale:2 1"/></svg>"""
 
 
 def dxf_samples() -> Iterator[Sample]:

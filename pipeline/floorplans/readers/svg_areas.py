@@ -50,13 +50,13 @@ def drawn(line: NDArray[np.float64], pen: Pen, *, closed: bool, name: str) -> Ba
     Raises:
         PlanError: a scribble.
     """
+    reach = (pen.width or 0.0) / 2
     if len(line) > 2:
-        sides = shapely.linestrings(np.stack([line[:-1], line[1:]], axis=1))
-        check_crossings(sides, name, most=_MOST_MEETINGS, besides=3 * len(sides))
+        low, high = np.minimum(line[:-1], line[1:]) - reach, np.maximum(line[:-1], line[1:]) + reach
+        covered = shapely.box(*low.T, *high.T)
+        check_crossings(covered, name, most=_MOST_MEETINGS + 10 * len(covered), besides=3 * len(covered))
     path = shapely.linearrings(line) if closed and len(line) > 2 else shapely.linestrings(line)
-    return shapely.buffer(
-        path, (pen.width or 0.0) / 2, cap_style=pen.cap, join_style=pen.join, mitre_limit=pen.mitre_limit
-    )
+    return shapely.buffer(path, reach, cap_style=pen.cap, join_style=pen.join, mitre_limit=pen.mitre_limit)
 
 
 def _sides(rings: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -22,7 +22,8 @@ _OF_ONE = frozenset(("display", "opacity", "transform", "transform-origin", "tra
 _PROPERTIES = INHERITED | _OF_ONE
 _STYLE_ONLY = frozenset(("translate", "rotate", "scale"))  # attributes of these names mean something else
 _MOST_TOKENS = 400  # of a selector
-_MOST_TESTS = 4_000_000
+_MOST_TESTS = 2_500_000
+_LETTERS_AS_TEST = 20
 _FEW_ELEMENTS = 5000
 
 _Said = tuple[dict[str, str], dict[str, str]]  # declared values, and those that are !important
@@ -36,7 +37,7 @@ class _Step(NamedTuple):
     combinator: str
     needs: int
     ends: int  # the selector that it completes, or -1
-    costs: bool  # it looks through texts of attributes
+    texts: tuple[str, ...]  # the attributes whose whole text it looks through
 
 
 class _Around(NamedTuple):
@@ -130,8 +131,8 @@ class _Sheet:
 
         for position, (combinator, compound, test) in enumerate(chain):
             ends = len(self.said) if position == len(chain) - 1 else -1
-            costs = any(isinstance(part, AttributeSelector) for part in compound.simple_selectors)
-            step = _Step(self._count, test, combinator, self._count - 1 if position else -1, ends, costs)
+            texts = tuple(part.name for part in compound.simple_selectors if isinstance(part, AttributeSelector))
+            step = _Step(self._count, test, combinator, self._count - 1 if position else -1, ends, texts)
             self.steps.setdefault(_key(compound), []).append(step)
             self._count += 1
 
@@ -213,12 +214,13 @@ def _matched(root: Element, sheet: _Sheet, name: str) -> dict[Element, list[int]
         """Return the steps that an element meets, and keep the selectors that these complete."""
         nonlocal tests
         keys = [("", ""), ("name", wrapper.local_name), ("id", wrapper.id)]
-        keys += [("class", name) for name in wrapper.classes]
+        keys += [("class", each) for each in wrapper.classes]
         passed = []
         where = {" ": around.above, ">": around.parent, "+": around.previous, "~": around.before}
-        texts = 1 + sum(map(len, wrapper.etree_element.attrib.values())) // 200
         for step in [step for key in keys for step in sheet.steps.get(key, ())]:
-            tests += texts if step.costs else 1
+            tests += 1 + sum(len(wrapper.etree_element.get(key, "")) for key in step.texts) // _LETTERS_AS_TEST
+            if tests > _MOST_TESTS:
+                raise PlanError(f"{name}: its style sheets take more than {_MOST_TESTS:,} tests. Simplify them.")
             if (step.needs < 0 or step.needs in where[step.combinator]) and step.test(wrapper):
                 passed.append(step)
         ended = [step.ends for step in passed if step.ends >= 0]
@@ -237,8 +239,6 @@ def _matched(root: Element, sheet: _Sheet, name: str) -> dict[Element, list[int]
             around = _Around(parent, above, own, around.before | own if own else around.before)
             tests += len(above) + len(around.before) if own else 0
             stack.append((child, own, above))
-            if tests > _MOST_TESTS:
-                raise PlanError(f"{name}: its style sheets take more than {_MOST_TESTS:,} tests. Simplify them.")
     return found
 
 
