@@ -75,11 +75,18 @@ def _cost_figures(
         if line is None:
             continue
         ratios[name] = trial_ratios(paired.baseline_m, paired.ours_m)
-        figure = draw_cost_scatter(paired, line, name, small=name != LEARNED)
+        figure = draw_cost_scatter(
+            paired, line, name, with_intercept=_with_intercept(summary["planners"][name]), small=name != LEARNED
+        )
         title = f"{title_of(name).capitalize()} over {title_of(BASELINE)}"
         yield "costs", f"scatter_{name}", title, _scatter_caption(name, summary["planners"][name]), figure
     if ratios:
         yield "costs", "ratios", "Ratios of single trials", _RATIOS, draw_ratio_histogram(ratios)
+
+
+def _with_intercept(planner: dict[str, Any]) -> tuple[float, float] | None:
+    """Return slope and intercept of the RANSAC line, None where none was found."""
+    return None if planner["ransac_slope"] is None else (planner["ransac_slope"], planner["ransac_intercept_m"])
 
 
 def _scatter_caption(name: str, planner: dict[str, Any]) -> str:
@@ -88,7 +95,8 @@ def _scatter_caption(name: str, planner: dict[str, Any]) -> str:
         f"the diagonal went better for {title_of(name)}. The line through the origin is fitted so that "
         f"{planner['trimmed_slope_inliers']} of {planner['pairs']} trials (95 %) are inliers (filled); its slope is "
         f"{planner['trimmed_slope']:.3f}, and the inliers lie within {planner['trimmed_slope_residual_m']:.1f} m of "
-        f"it. The total ratio, {planner['total_ratio']:.3f}, counts every trial, outliers (hollow) too."
+        f"it. Dotted: the RANSAC line with an intercept, another quantity. The total ratio, "
+        f"{planner['total_ratio']:.3f}, counts every trial, outliers (hollow) too."
     )
     return f"{first} This planner knows the true labels: a bound, not a competitor." if planner["bound"] else first
 

@@ -1,18 +1,26 @@
-"""The paper's scatter: cost of a planner over the cost of the optimistic one, with the trimmed line."""
+"""The paper's scatter: cost of a planner over the cost of the optimistic one, with the trimmed and the RANSAC line."""
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.evaluation.cost_table import title_of
+from pipeline.evaluation.cost_table import line_text, title_of
 from pipeline.evaluation.paired import PairedCosts
 from pipeline.evaluation.trimmed_line import OriginLine
 from pipeline.reports.style import INK, MUTED, ORANGE, PLANNER_COLOURS, SKY, dress, new_figure
 
 
-def draw_cost_scatter(paired: PairedCosts, line: OriginLine, planner: str, *, small: bool = False) -> Figure:
+def draw_cost_scatter(
+    paired: PairedCosts,
+    line: OriginLine,
+    planner: str,
+    *,
+    with_intercept: tuple[float, float] | None = None,
+    small: bool = False,
+) -> Figure:
     """Return the scatter of [n] paired costs [m]: inliers filled, outliers hollow, below the diagonal shaded.
 
+    with_intercept: slope and intercept [m] of the RANSAC line, drawn dotted.
     A point below the diagonal is a trial on which the planner travelled less than the optimistic one.
     """
     figure = new_figure(4.6, 4.6) if small else new_figure(6.4, 6.4)
@@ -32,6 +40,12 @@ def draw_cost_scatter(paired: PairedCosts, line: OriginLine, planner: str, *, sm
     )  # fmt: skip
     end = min(reach, reach / line.slope) if line.slope > 0 else reach
     axes.plot([0, end], [0, line.slope * end], color=INK, linewidth=1.8, label=f"trimmed slope {line.slope:.3f}")
+    if with_intercept is not None:
+        slope, intercept = with_intercept
+        label = f"RANSAC {line_text(slope, intercept)}"
+        axes.plot(
+            [0, reach], [intercept, slope * reach + intercept], color=INK, linewidth=1.2, linestyle=":", label=label
+        )
     ratio = paired.ours_m.sum() / paired.baseline_m.sum()
     axes.plot([], [], " ", label=f"total ratio {ratio:.3f}")
     axes.set(xlim=(0, reach), ylim=(0, reach), aspect="equal")

@@ -30,12 +30,17 @@ def legend_of(figure: Figure) -> list[str]:
 def test_the_scatter_has_equal_axes_and_says_slope_and_ratio(size: int) -> None:
     paired = costs(size)
     line = fit_origin_line(paired.baseline_m, paired.ours_m, rng=np.random.default_rng(0))
-    figure = draw_cost_scatter(paired, line, "learned")
+    figure = draw_cost_scatter(paired, line, "learned", with_intercept=(0.625, -3.25))
     (axes,) = figure.axes
     assert axes.get_aspect() == 1.0
     assert axes.get_xlim() == axes.get_ylim()
     words = legend_of(figure)
     assert f"trimmed slope {line.slope:.3f}" in words
+    assert "RANSAC 0.625 x - 3.2 m" in words
+    dotted = next(drawn for drawn in figure.axes[0].lines if drawn.get_linestyle() == ":")
+    (x0, x1), (y0, y1) = dotted.get_xdata(), dotted.get_ydata()
+    assert (x0, y0) == (0, -3.25)
+    assert (y1 - y0) / (x1 - x0) == pytest.approx(0.625)
     assert f"total ratio {paired.ours_m.sum() / paired.baseline_m.sum():.3f}" in words
     assert f"inliers ({line.inliers.sum()} of {size})" in words
 
