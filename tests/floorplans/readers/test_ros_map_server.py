@@ -10,10 +10,11 @@ from pipeline.floorplans.plan import FREE, OCCUPIED, UNKNOWN, GridPlan, Location
 from pipeline.floorplans.readers import COMPANION, PLAN, READERS, classify, read_plan_file
 from pipeline.floorplans.readers.reader import ReadOptions
 from pipeline.floorplans.readers.ros_map_server import RosMapServer
-from pipeline.floorplans.sources import lone_file
+from pipeline.floorplans.sources import lone_file, open_source
 from tests.floorplans.real_data import plan_files, read_entry
 from tests.floorplans.samples import ELL, cells_of, write_map
 
+CASES = Path(__file__).parents[3].parent / "shared" / "cases"
 GREYS = np.array([[254, 254, 0], [205, 0, 254]], dtype=np.uint8)  # row 0 is the top
 BELOW = [[UNKNOWN, OCCUPIED, FREE], [FREE, FREE, OCCUPIED]]  # row 0 is the lowest y
 
@@ -311,6 +312,25 @@ def test_foreign_files_are_not_taken_for_maps(tmp_path, content):
     (tmp_path / "a.yaml").write_bytes(content)
     assert not RosMapServer().sniff(tmp_path / "a.yaml")
     assert not RosMapServer().sniff(tmp_path / f"missing{os.sep}a.yaml")
+
+
+@pytest.mark.parametrize(
+    ("case", "options", "remark"),
+    [
+        ("16_picture_of_a_map_twice/win_path", {}, None),
+        ("17_ros2_free_thresh/free025", {"free_thresh": 0.196}, "free_thresh = 0.25 of the file was replaced by 0.196"),
+        ("22_messages/tab", {}, "6 lines have tabs, which YAML forbids (line 1 first): read as spaces"),
+    ],
+)
+def test_reported_maps_give_their_right_values(case, options, remark):
+    folder = CASES / case
+    if not folder.is_dir():
+        pytest.skip(f"{folder} is absent")
+    with open_source(folder) as files:
+        (entry,) = [entry for entry in classify(files) if entry.role == PLAN]
+        (plan,) = read_entry(entry, ReadOptions(**options))
+    assert (plan.cells == FREE).sum() * plan.resolution**2 == pytest.approx(52.84)
+    assert plan.remarks == ((remark,) if remark else ())
 
 
 def test_real_maps_lie_where_their_origin_says():
