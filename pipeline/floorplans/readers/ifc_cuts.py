@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import shapely
+from shapely.errors import GEOSException
 
 import pipeline
 from pipeline.errors import PlanError
@@ -152,6 +153,9 @@ def _serve() -> None:
         _storeys(path, out)
     except PlanError as problem:
         _write(out, {"problem": str(problem)})
+    except GEOSException as problem:
+        if not out.is_file():
+            _write(out, {"problem": f"its bodies cannot be combined ({problem}). Export the model again."})
 
 
 def _storeys(path: Path, out: Path) -> None:

@@ -13,6 +13,7 @@ from pipeline.floorplans.readers.json_file import sniff_text
 
 YAML_ENDINGS = (".yaml", ".yml")
 _NAMED = re.compile(r"""\bimage["']?\s*:\s*(?:"([^"\n\r]*)"|'([^'\n\r]*)'|([^"'\n\r,}#]+))""")
+_MOST_NAMED = 10  # pictures in one file; a map has one
 _MOST_PARTS = 6  # of a path, from its end, that may stand below the folder of the map
 _LONGEST = 4096  # letters of a path that any system allows
 _MOST_FILES = 10_000  # in a folder that is searched for a name in other capitals
@@ -34,7 +35,7 @@ def pictures_named_by(maps: Iterable[Path]) -> frozenset[Path]:
     """Return the resolved paths of the pictures that YAML files name as their image, also where the YAML is damaged."""
     found = set()
     for path in maps:
-        for texts in _NAMED.findall(sniff_text(path)):
+        for texts in _NAMED.findall(sniff_text(path))[:_MOST_NAMED]:
             picture = find_picture(path, "".join(texts).strip())
             if picture is not None:
                 with suppress(OSError, RuntimeError):  # RuntimeError: links in a circle
