@@ -23,3 +23,16 @@ class TrialError(HinterlandError):
 
 class PlannerError(TrialError):
     """A planner or an estimator answered what no robot could do or no building could be; its trial is worth nothing."""
+
+
+def printable(text: str) -> str:
+    r"""Return ``text`` with what would move a cursor, turn writing around or break a line as ``\x1b``, ``\n`` ...
+
+    Names of files and layers come from strangers: every message, remark and table passes through here on its way out.
+    """
+    return "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text)
+
+
+def one_line(text: object) -> str:
+    """Return ``text`` as one printable line, blanks of any kind as single spaces."""
+    return printable(" ".join(str(text).split()))

@@ -18,7 +18,7 @@ PIPELINE: dict[str, Any] = yaml.safe_load((ROOT / "dvc.yaml").read_text(encoding
 WITHOUT_EFFECT = {
     *(
         f"pipeline/stages/{name}.py"
-        for name in ("__init__", "checking", "composing", "door", "recording", "settings", "progress")
+        for name in ("__init__", "checking", "composing", "door", "recording", "settings", "progress", "stopping")
     ),
     "pipeline/tracking",
     "pipeline/errors.py",

@@ -2,6 +2,7 @@
 
 import dataclasses
 import difflib
+import sys
 import types
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -12,6 +13,8 @@ from omegaconf.errors import OmegaConfBaseException
 from pipeline.errors import ConfigError
 
 T = TypeVar("T")
+
+_taken_out: set[str] = set()
 
 _WORDS: dict[Any, str] = {
     bool: "true or false",
@@ -48,7 +51,22 @@ def typed(schema: type[T], raw: DictConfig, key: str) -> T:
     except OmegaConfBaseException as error:
         raise ConfigError(_wrong_type(schema, content[key], key, error)) from error
     assert isinstance(record, schema)
+    _tell_taken_out(record, key)
     return record
+
+
+def note_taken_out(overrides: Sequence[str]) -> None:
+    """Remember the keys that ``~key`` takes out of the configuration: `typed` says what each falls back to."""
+    _taken_out.update(entry[1:].partition("=")[0] for entry in overrides if entry.startswith("~"))
+
+
+def _tell_taken_out(record: Any, section: str) -> None:
+    for key in sorted(name for name in _taken_out if name.startswith(f"{section}.")):
+        value = record
+        for name in key.split(".")[1:]:
+            value = getattr(value, name, None)
+        print(f"~{key}: falls back to {value!r}, the default of the code, not that of conf/{section}/", file=sys.stderr)
+        _taken_out.discard(key)
 
 
 def _thaw(section: DictConfig) -> None:

@@ -68,6 +68,11 @@ def check(raw: DictConfig) -> None:
     tracker(raw)
     for name, schema in section_types().items():
         typed(schema, raw, name)
+    if raw.plans.get("source") == "files" and not raw.plans.get("root"):
+        raise ConfigError(
+            "plans.root is not given, and plans.source=files reads floor plans: expected the folder, file or archive "
+            "to read. Add plans.root=/data/floors"
+        )
 
 
 def compose(raw: DictConfig) -> StageResult:
@@ -85,9 +90,15 @@ def read_request(path: Path) -> Request:
     """Read params.yaml.
 
     Raises:
-        ConfigError: the file is missing, is no YAML, has unknown keys, or overrides what DVC has to see elsewhere.
+        ConfigError: the file is missing, is no YAML, has unknown keys, overrides what DVC has to see elsewhere, or
+            names data that is not there.
 
     """
+    return checked_request(load_request(path))
+
+
+def load_request(path: Path) -> Request:
+    """Read params.yaml as `read_request` does, without a look at what it asks for."""
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, yaml.YAMLError) as error:
@@ -98,7 +109,7 @@ def read_request(path: Path) -> Request:
     for name in content:
         if name not in allowed:
             raise ConfigError(unknown_key(str(name), allowed, str(path)))
-    return checked_request(Request(**content))
+    return Request(**content)
 
 
 def checked_request(request: Request) -> Request:

@@ -49,8 +49,13 @@ def explain(error: Exception, overrides: Sequence[str]) -> ConfigError:
         return _missing_option(error.missing_cfg_file, [str(option) for option in error.options or ()])
     refused = _refused_key(error, overrides)
     if refused is not None:
-        return ConfigError(unknown_key(refused, _siblings(refused), "conf/"))
+        return ConfigError(unknown(refused))
     return ConfigError(" ".join(str(error).split()))
+
+
+def unknown(key: str) -> str:
+    """Return the message for a ``key`` that conf/ does not hold, with those it may have meant."""
+    return unknown_key(key, _siblings(key), "conf/")
 
 
 def _missing_option(file: str, options: Sequence[str]) -> ConfigError:

@@ -12,11 +12,12 @@ from hydra.errors import HydraException
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
-from pipeline.errors import ConfigError, HinterlandError
-from pipeline.stages.checking import typed
+from pipeline.errors import ConfigError, HinterlandError, one_line
+from pipeline.stages.checking import note_taken_out, typed
 from pipeline.stages.composing import CONF, QUIET, explain
 from pipeline.stages.recording import StageResult, record_run, tracker
 from pipeline.stages.settings import ExecutionConfig
+from pipeline.stages.stopping import Stopped, disk_words, ending_by_signal
 from pipeline.tracking import Model
 
 __all__ = ["Model", "StageResult", "Workspace", "launch", "refuse", "tracker", "typed", "workspace"]
@@ -62,24 +63,26 @@ def launch(stage: str, body: Callable[[DictConfig], StageResult]) -> None:
     def task(raw: DictConfig) -> None:
         try:
             record_run(stage, raw, body(raw))
-        except HinterlandError as error:
+        except (HinterlandError, OSError) as error:
             refuse(error)  # here, because Hydra adds a line of its own to what leaves the task
 
+    note_taken_out(arguments)
     try:
-        sys.argv = [sys.argv[0], *_arranged(_from_file(arguments))]
-        hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")(task)()
+        with ending_by_signal():
+            sys.argv = [sys.argv[0], *_arranged(_from_file(arguments))]
+            hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")(task)()
     except (HinterlandError, HydraException, OmegaConfBaseException) as error:
         refuse(error if isinstance(error, HinterlandError) else explain(error, arguments))
-    except KeyboardInterrupt:
-        print(f"\ninterrupted: the same command continues {stage}", file=sys.stderr)
-        sys.exit(130)
+    except KeyboardInterrupt as stop:
+        print(f"\nstopped: the same command continues {stage}", file=sys.stderr)
+        sys.exit(stop.exit_code if isinstance(stop, Stopped) else 130)
 
 
 def refuse(error: Exception) -> None:
     """End the program with one line that says what is wrong, and exit code 1."""
     if os.environ.get("HINTERLAND_TRACEBACK"):
         traceback.print_exception(error)
-    print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
+    print(f"error: {one_line(disk_words(error) if isinstance(error, OSError) else error)}", file=sys.stderr)
     sys.exit(1)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.errors import ConfigError, PlanError
+from pipeline.errors import ConfigError, PlanError, printable
 from pipeline.floorplans.openings import NARROWEST_DOOR_M
 from pipeline.floorplans.plan import FREE, FloorPlan, GridPlan, bounds_of, without_margins
 from pipeline.stages.plan_files import Found, file_name, keep_existing, plan_files, read_file
@@ -111,7 +111,9 @@ def text_of(record: dict[str, Any]) -> str:
     ]
     if grid and record["layers"]:
         lines.insert(3, ("layers", ", ".join(record["layers"])))
-    return "\n".join([f"plan {record['plan']}", *(f"  {name:<11} {text}" for name, text in lines)])
+    return "\n".join(
+        [f"plan {printable(record['plan'])}", *(f"  {name:<11} {printable(text)}" for name, text in lines)]
+    )
 
 
 def _rooms(rooms: dict[str, int]) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from pipeline.errors import ConfigError
+from pipeline.errors import ConfigError, one_line
 from pipeline.floorplans.read_ranges import RANGES
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def in_flags(text: str) -> str:
     text = re.sub(r"plans\.read\.\w+=(\S+), or (?=--[a-z-]+ \1)", "", text)
     for key, flag in _IN_FLAGS.items():
         text = text.replace(key, flag)
-    return " ".join(text.split())
+    return one_line(text)
 
 
 def _data_set(path: Path, name: str, said: Mapping[Any, Any]) -> "DataSet":

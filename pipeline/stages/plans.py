@@ -8,7 +8,7 @@ from typing import Any
 
 from omegaconf import DictConfig
 
-from pipeline.errors import ConfigError, PlanError
+from pipeline.errors import ConfigError, PlanError, one_line
 from pipeline.files import write_json
 from pipeline.floorplans.checks import Checked, inspect
 from pipeline.floorplans.generators import GENERATORS
@@ -162,7 +162,7 @@ def _summarise(folder: Path, checked: Sequence[Checked], rejected: Sequence[Refu
         f"plans: {len(checked)} of {buildings} buildings, {len(warned)} with warnings, {len(rejected)} files rejected"
     )
     for bad in rejected:
-        print(f"  rejected: {bad.reason}")
+        print(f"  rejected: {one_line(bad.reason)}")
     metrics = {"plans": len(checked), "buildings": buildings, "warned": len(warned), "rejected": len(rejected)}
     return StageResult(
         metrics={name: float(value) for name, value in metrics.items()},

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from omegaconf import DictConfig
 
-from pipeline.errors import PlanError
+from pipeline.errors import PlanError, one_line
 from pipeline.files import write_json
 from pipeline.floorplans.checks import Checked
 from pipeline.floorplans.plan import FloorPlan, GridPlan
@@ -194,7 +194,7 @@ def _write(work: Workspace, worlds: Sequence[_World], rejected: Sequence[Refused
         metrics[f"buildings_{split}"] = float(len(buildings))
         print(f"rasterize: {split:<10} {len(of_split)} plans of {len(buildings)} buildings, {pairs} pairs")
     for bad in rejected:
-        print(f"  rejected: {bad.reason}")
+        print(f"  rejected: {one_line(bad.reason)}")
     return StageResult(metrics=metrics, files=[folder / "rejected.json"])
 
 

@@ -8,7 +8,7 @@ from os.path import commonpath
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from pipeline.errors import PlanError
+from pipeline.errors import PlanError, one_line, printable
 from pipeline.floorplans.checked import read_checked
 from pipeline.floorplans.checks import Checked
 from pipeline.floorplans.read_ranges import RANGES
@@ -117,7 +117,7 @@ def read_all(
             raise PlanError(nothing_found(root, reader, found))
         _tell_ignored([entry.file.name for entry in found if entry.role == UNRECOGNISED])
         for sentence in unused_in(entries, options):
-            print(f"plans: {sentence}")
+            print(f"plans: {one_line(sentence)}")
         of_files, refused = make_all(
             partial(_read_one, options=options, on_error=on_error),
             [(str(entry.file.original), entry) for entry in entries],
@@ -190,6 +190,6 @@ def _read_one(entry: Classified, *, options: ReadOptions, on_error: str) -> _OfF
 def _tell_ignored(names: Sequence[str]) -> None:
     if names:
         endings = Counter(PurePosixPath(name).suffix or "no ending" for name in names)
-        kinds = ", ".join(f"{count} {ending}" for ending, count in endings.most_common(_SHOWN))
-        shown = ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
+        kinds = ", ".join(f"{count} {printable(ending)}" for ending, count in endings.most_common(_SHOWN))
+        shown = ", ".join(map(printable, names[:_SHOWN])) + (", ..." if len(names) > _SHOWN else "")
         print(f"plans: {len(names)} files are no plans and were passed over ({kinds}): {shown}")

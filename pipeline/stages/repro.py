@@ -3,28 +3,37 @@
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import yaml
+from omegaconf import DictConfig, OmegaConf
 
-from pipeline.errors import ConfigError, HinterlandError
+from pipeline.errors import HinterlandError, one_line
 from pipeline.files import write_text
-from pipeline.stages.checking import near_miss
-from pipeline.stages.compose import NO_DATA, PARAMS, Request, check, checked_request
+from pipeline.stages.compose import check, checked_request
 from pipeline.stages.composing import CONF, composed
 from pipeline.stages.door import refuse
 from pipeline.stages.recording import tracker
+from pipeline.stages.requests import described, fallbacks, last_request, requested, trying
+from pipeline.stages.stopping import Stopped, ending_by_signal, run_below
+from pipeline.tracking import RUN_VARIABLE, forget_outages, kept, known_outage
+
+_ARTIFACTS = Path("artifacts")
 
 _USAGE = """Usage: hinterland [experiment=NAME] [key=value ...] [-- dvc repro options]
 
 Runs compose -> plans -> rasterize -> harvest -> train -> evaluate -> report through `dvc repro`: only what changed
-since the last run is run again. Without arguments it runs what params.yaml asks for; arguments are written there.
+since the last run is run again. Without arguments it runs the last request again, which params.yaml holds; arguments
+change it: what they do not name stays. experiment=NAME starts anew. A request that is refused is not kept.
 
 Experiments: {experiments}
 
   hinterland                                          the last request again: does nothing if nothing changed
   hinterland experiment=guided_maze train.steps=5000  another experiment, one value changed
+  hinterland train.steps=9000                         the last experiment, that value changed, the others as they were
+  hinterland ~train.steps                             that change taken back
+  hinterland train.steps=9 -- --dry                   what would run; nothing is kept
   hinterland experiment=mit_floors plans.root=DIR     real floors
   hinterland plan --help                              look at floor plans, convert them, list the formats
   python -m pipeline.stages.harvest --help            one stage, and every key of the configuration
@@ -40,76 +49,93 @@ def main(arguments: Sequence[str] | None = None) -> None:
     overrides, dvc_options = _split(given)
     try:
         os.chdir(CONF.parent)
-        request = requested(overrides) if overrides else None
-        if request is not None:
-            check(composed(request.as_overrides()))
-            write_request(request)
-        code = reproduce(dvc_options)
-        if code == 0:
-            print(closing_words())
-    except HinterlandError as error:
+        with ending_by_signal():
+            code = _run(overrides, dvc_options)
+    except (HinterlandError, OSError) as error:
         refuse(error)
-    except KeyboardInterrupt:
-        print("\ninterrupted: run hinterland again to continue", file=sys.stderr)
-        code = 130
+    except KeyboardInterrupt as stop:
+        print("\nstopped, with all stages below: run hinterland again to continue", file=sys.stderr)
+        code = stop.exit_code if isinstance(stop, Stopped) else 130
     sys.exit(code)
 
 
-def requested(overrides: Sequence[str]) -> Request:
-    """Return what command line ``overrides`` ask for: ``experiment`` and ``plans.root`` have keys of their own."""
-    rest, found = [], {"experiment": "demo", "plans.root": NO_DATA}
-    for entry in overrides:
-        key, equals, value = entry.partition("=")
-        if not equals and not entry.startswith("~"):
-            raise ConfigError(f"{entry!r} is not an override: expected key=value.{near_miss(entry, ['--help', '--'])}")
-        if key in found:
-            found[key] = value.strip("'\"")
-        else:
-            rest.append(entry)
-    return checked_request(Request(experiment=found["experiment"], overrides=rest, data=found["plans.root"]))
+def _run(overrides: Sequence[str], dvc_options: Sequence[str]) -> int:
+    """Run what ``overrides`` ask for; return the exit code. A refused request and a dry one leave params.yaml alone."""
+    last = last_request()
+    request = requested(overrides, last) if overrides else checked_request(last)
+    raw = composed(request.as_overrides())
+    check(raw)
+    for line in (*fallbacks(overrides, raw, request), described(request, last)):
+        print(f"hinterland: {one_line(line)}", flush=True)
+    dry = "--dry" in dvc_options
+    with trying(request) as trial:
+        try:
+            code = reproduce(dvc_options)
+        except KeyboardInterrupt:
+            trial.keep = not dry
+            raise
+        # A stage that fails after compose is the request's own: it is what runs again once the cause is mended.
+        trial.keep = not dry and (code == 0 or _begun(raw))
+    if code == 0 and not dry:
+        print(closing_words(raw) if _all_done(dvc_options) else "(not all stages are up to date: no table yet)")
+    return code
 
 
-def write_request(request: Request) -> None:
-    """Write ``request`` to params.yaml, keeping the comment at its head; an equal file stays untouched."""
-    before = PARAMS.read_text(encoding="utf-8") if PARAMS.exists() else ""
-    content = {"experiment": request.experiment, "overrides": list(request.overrides), "data": request.data}
-    if yaml.safe_load(before or "{}") == content:
-        return
-    head = "".join(f"{line}\n" for line in before.splitlines() if line.startswith("#"))
-    write_text(PARAMS, head + yaml.safe_dump(content, sort_keys=False))
+def _begun(raw: DictConfig) -> bool:
+    written = _ARTIFACTS / "config.yaml"
+    return written.is_file() and written.read_text(encoding="utf-8") == OmegaConf.to_yaml(raw, resolve=True)
+
+
+def _all_done(dvc_options: Sequence[str]) -> bool:
+    """Return whether the table belongs to this request: with options or targets, DVC may have run a part."""
+    if not dvc_options:
+        return True
+    asked = [sys.executable, "-m", "dvc", "status", "--quiet", "--with-deps", "report"]
+    return subprocess.run(asked, env=_environment(), capture_output=True).returncode == 0
 
 
 def reproduce(options: Sequence[str] = ()) -> int:
     """Run ``dvc repro`` with the Python of this process first on the path; return its exit code."""
-    environment = os.environ | {
-        "PATH": os.pathsep.join((str(Path(sys.executable).parent), os.environ.get("PATH", ""))),
-        "DVC_NO_ANALYTICS": "1",
-        "MLFLOW_DISABLE_TELEMETRY": "true",
-    }
     without_git = subprocess.run(["git", "rev-parse", "--git-dir"], capture_output=True).returncode != 0
     if without_git:
         # An exported tree: DVC otherwise refuses to work outside git.
         write_text(Path(".dvc/config.local"), "[core]\n    no_scm = true\n")
-    return subprocess.run([sys.executable, "-m", "dvc", "repro", *options], env=environment).returncode
+    return run_below([sys.executable, "-m", "dvc", "repro", *options], _environment())
 
 
-def closing_words() -> str:
+def _environment() -> dict[str, str]:
+    return os.environ | {
+        "PATH": os.pathsep.join((str(Path(sys.executable).parent), os.environ.get("PATH", ""))),
+        "DVC_NO_ANALYTICS": "1",
+        "MLFLOW_DISABLE_TELEMETRY": "true",
+        RUN_VARIABLE: os.environ.setdefault(RUN_VARIABLE, f"{os.getpid()}x{time.time_ns()}"),
+    }
+
+
+def closing_words(raw: DictConfig) -> str:
     """Return the cost table and where the report, the figures and the tracking store are."""
-    root = Path("artifacts")
-    table = root / "report" / "cost_table.txt"
-    destination = tracker(composed(_last_request().as_overrides()))
+    table = _ARTIFACTS / "report" / "cost_table.txt"
     lines = [
         table.read_text(encoding="utf-8").rstrip() if table.exists() else f"(no {table} yet)",
         "",
-        f"report   {(root / 'report' / 'report.html').resolve()}",
-        f"figures  {(root / 'report' / 'figures').resolve()}",
-        f"MLflow   {destination.uri if destination else 'off (tracking.enabled=false)'}   look at it with: make ui",
+        f"report   {(_ARTIFACTS / 'report' / 'report.html').resolve()}",
+        f"figures  {(_ARTIFACTS / 'report' / 'figures').resolve()}",
+        *_where_runs_are(raw),
     ]
     return "\n".join(lines)
 
 
-def _last_request() -> Request:
-    return Request(**yaml.safe_load(PARAMS.read_text(encoding="utf-8")))
+def _where_runs_are(raw: DictConfig) -> list[str]:
+    destination = tracker(raw)
+    if destination is None:
+        return ["MLflow   off (tracking.enabled=false)"]
+    lines = [f"MLflow   {destination.shown}   look at it with: make ui"]
+    if reason := known_outage(destination.spool):
+        lines[0] = f"MLflow   {destination.shown} did not take the runs ({reason})"
+    if waiting := kept(destination.spool):
+        lines.append(f"         {len(waiting)} runs that no store took are kept in {destination.spool.resolve()}")
+    forget_outages(destination.spool)
+    return lines
 
 
 def _split(given: Sequence[str]) -> tuple[list[str], list[str]]:

@@ -9,7 +9,7 @@ from pipeline.errors import ConfigError
 from pipeline.stages.checking import typed
 from pipeline.stages.compose import NO_DATA, ROOT_KEYS, Request, check, checked_request, read_request, section_types
 from pipeline.stages.composing import CONF, composed
-from pipeline.stages.repro import requested, write_request
+from pipeline.stages.requests import requested, write_request
 
 EXPERIMENTS = sorted(file.stem for file in (CONF / "experiment").glob("*.yaml"))
 OPTIONS = sorted(
