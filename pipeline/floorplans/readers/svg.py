@@ -123,7 +123,9 @@ def _remarks(found: _Found, level: str) -> Iterator[str]:
     if tally.damaged:
         yield f"{say_count(tally.damaged, 'shape')} left out: could not be read"
     if tally.unclipped:
-        yield f"{say_count(tally.unclipped, 'clip path')} or masks not applied"
+        yield f"{say_count(tally.unclipped, 'clipping')} by path or mask not applied"
+    if tally.pictures:
+        yield f"{say_count(tally.pictures, '<image>')} of walls, doors or rooms left out: pictures are not read"
     if found.tree.unread_rules:
         yield f"{say_count(found.tree.unread_rules, 'rule')} of style sheets not followed"
     if thin:

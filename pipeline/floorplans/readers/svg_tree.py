@@ -6,7 +6,7 @@ keeps its user units: its view box only says what shares of 100 % are taken of, 
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
@@ -40,6 +40,7 @@ _MOST_ELEMENTS = 300_000
 _MOST_COPIES = 30_000
 _DEEPEST = 100
 _CORNERS_AS_ELEMENT = 20  # of a clip path: applying it takes as long as walking over this many elements
+_TRANSFORMS = frozenset(("transform", "translate", "rotate", "scale"))
 _UPRIGHT = Matrix(d=-1.0)  # y down to y up
 
 
@@ -65,12 +66,16 @@ class Place(NamedTuple):
 
 @dataclass
 class Tally:
-    """How much was left out. astray: copies of nothing in the file. unclipped: clip paths and masks not applied."""
+    """How much was left out. astray: copies of nothing in the file. unclipped: clip paths and masks not applied.
+
+    pictures: ``<image>`` that stand for a wall, door or room.
+    """
 
     hidden: int = 0
     damaged: int = 0
     astray: int = 0
     unclipped: int = 0
+    pictures: int = 0
 
 
 class Tree:
@@ -119,6 +124,8 @@ class Tree:
             tag = tag_of(place.element)
             if tag in SHAPES:
                 yield place
+            elif tag == "image":
+                self.tally.pictures += bool(place.meaning.kind)
             elif tag == "use":
                 copied = self._copied(place)
                 if copied is not None:
@@ -141,7 +148,9 @@ class Tree:
         place = Place(child, said, outer.matrix, meaning, style, outer.viewport, hidden, outer.clip)
         place = place._replace(depth=outer.depth + 1, via=outer.via)
         try:
-            place = place._replace(matrix=outer.matrix @ _own_transform(said, outer.viewport))
+            boxed = said.get("transform-box", "").lower() in ("fill-box", "content-box", "stroke-box")
+            around = self._box(place) if boxed and (said.keys() & _TRANSFORMS) else None
+            place = place._replace(matrix=outer.matrix @ _own_transform(said, outer.viewport, around))
             if tag == "svg" or (tag == "symbol" and copied):
                 place = self._in_viewport(place, use)
         except PARSER_ERRORS:  # one shape must not end the file
@@ -212,11 +221,15 @@ class Tree:
         """Return what a ``<clipPath>`` leaves, in user units where it is used; None where it cannot be read."""
         if id(element) in self._clips:
             return self._clips[id(element)]
-        if id(element) in place.via or element.get("clipPathUnits") == "objectBoundingBox":
+        if id(element) in place.via:
             return None
         said = self._styles.of(element)
+        boxed = element.get("clipPathUnits") == "objectBoundingBox"
         try:
             matrix = _own_transform(said, place.viewport)
+            if boxed:
+                left, top, width, height = self._box(place)
+                matrix = moved(left, top) @ Matrix(a=width, d=height) @ matrix
         except PARSER_ERRORS:
             return None
         via = place.via | {id(element)}
@@ -234,8 +247,29 @@ class Tree:
                     parts.append(as_area(self.cut(area, shape.clip)))
             except PARSER_ERRORS:
                 self.tally.damaged += 1
-        self._clips[id(element)] = area = as_area(shapely.union_all(parts)) if parts else MultiPolygon()
+        area = as_area(shapely.union_all(parts)) if parts else MultiPolygon()
+        if not boxed:
+            self._clips[id(element)] = area
         return area
+
+    def _box(self, place: Place) -> tuple[float, float, float, float]:
+        """Return left, top, width and height of the box around all shapes in an element, in user units of its own.
+
+        Raises:
+            ValueError: there is no shape in it.
+        """
+        counted = replace(self.tally)
+        start = Place(place.element, place.said, Matrix(), Meaning(), place.style, place.viewport)
+        found = []
+        for shape in self._walk(start._replace(depth=place.depth + 1, via=place.via)):
+            outlines = outlines_of(tag_of(shape.element), shape.element.attrib, shape.said, shape.viewport)
+            found += [shape.matrix.apply(corners) for corners, _ in outlines]
+        self.tally = counted  # what is left out is counted where it is drawn
+        corners = np.concatenate(found) if found else np.zeros((0, 2))
+        if not len(corners):
+            raise ValueError("the box of nothing")
+        (left, top), (right, bottom) = corners.min(axis=0), corners.max(axis=0)
+        return float(left), float(top), float(right - left), float(bottom - top)
 
     def _intersection(self, one: Area | None, other: Area) -> Area:
         self._spend(1 + int(shapely.get_num_coordinates(other)) // _CORNERS_AS_ELEMENT)
@@ -287,24 +321,24 @@ def _outer_viewport(root: Element, said: Mapping[str, str]) -> Viewport:
     return sizes[0], sizes[1]
 
 
-def _own_transform(said: Mapping[str, str], viewport: Viewport) -> Matrix:
-    """Return the map that an element has of its own.
+def _own_transform(
+    said: Mapping[str, str], viewport: Viewport, around: tuple[float, float, float, float] | None = None
+) -> Matrix:
+    """Return the map that an element has of its own; ``around``: the box that its shares are taken of, if its own.
 
     Raises:
         ValueError: it cannot be read.
     """
+    left, top, width, height = around or (0.0, 0.0, *viewport)
     matrix = Matrix()
     for key in ("translate", "rotate", "scale"):
         if said.get(key, "none").lower() != "none":
-            matrix = matrix @ transform_of(f"{key}({said[key]})", viewport)
-    matrix = matrix @ transform_of(said.get("transform", ""), viewport)
-    origin = said.get("transform-origin", "")
-    if not origin or matrix == Matrix():
+            matrix = matrix @ transform_of(f"{key}({said[key]})", (width, height))
+    matrix = matrix @ transform_of(said.get("transform", ""), (width, height))
+    if matrix == Matrix():
         return matrix
-    if said.get("transform-box", "view-box").lower() not in ("view-box", "border-box"):
-        raise ValueError("an origin in the box of the shape")
-    x, y = origin_of(origin, viewport)
-    return moved(x, y) @ matrix @ moved(-x, -y)
+    x, y = origin_of(said.get("transform-origin", "0 0"), (width, height))
+    return moved(left + x, top + y) @ matrix @ moved(-left - x, -top - y)
 
 
 def _no_auto(text: str | None) -> str:

@@ -263,15 +263,44 @@ def test_clip_paths_meet_each_other_and_move_with_their_group(tmp_path):
     check_walls(plan, (3.0, 2.0, 4.0, 2.2))
 
 
+def test_clip_paths_in_shares_of_the_box_of_what_they_clip(tmp_path):
+    """The box around both is 2.0 to 7.0 m and 1.0 to 2.2 m: of it the right half and the lower 75 %."""
+    clip = (
+        '<clipPath id="c" clipPathUnits="objectBoundingBox"><rect x=".5" y=".25" width="0.5" height="0.75"/></clipPath>'
+    )
+    post = '<rect class="wall" x="680" y="100" width="20" height="100"/>'
+    plan = read_svg(tmp_path, f'{HALL}{clip}<g clip-path="url(#c)">{BEAM}{post}</g>')
+    check_walls(plan, (4.5, 2.0, 6.0, 2.2), (6.8, 1.3, 7.0, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("style", "seen"),
+    [
+        ("transform:rotate(90deg);transform-origin:center", (3.9, 0.2, 4.1, 4.1)),  # around (4.0, 2.1), up to the wall
+        ("transform:rotate(90deg);transform-origin:25% 100%", (3.0, 1.2, 3.2, 5.2)),  # around (3.0, 2.2)
+        ("transform:translate(50%,200%)", (4.0, 2.4, 8.0, 2.6)),
+        ("scale:0.5 3", (2.0, 2.0, 4.0, 2.6)),
+    ],
+)
+def test_the_box_of_a_shape_or_group_may_be_what_a_transform_refers_to(tmp_path, style, seen):
+    style = f"transform-box:fill-box;{style}"
+    check_walls(read_svg(tmp_path, HALL + BEAM.replace("/>", f' style="{style}"/>')), seen)
+    check_walls(read_svg(tmp_path, f'{HALL}<g style="{style}"><g>{BEAM}</g></g>'), seen)
+
+
+def test_pictures_of_walls_are_counted(tmp_path):
+    picture = '<image href="a.png" width="30" height="30"/>'
+    plan = read_svg(tmp_path, f'{HALL}<g class="walls">{picture}</g>{picture}')
+    assert plan.remarks == ("1 <image> of walls, doors or rooms left out: pictures are not read",)
+
+
 def test_what_is_clipped_away_is_counted_and_what_cannot_clip_is_said(tmp_path):
     defs = '<clipPath id="a"><rect x="900" width="20" height="600"/></clipPath><clipPath id="none"/>'
-    defs += '<clipPath id="box" clipPathUnits="objectBoundingBox"><rect width="1" height="1"/></clipPath>'
-    shapes = "".join(
-        f'<g clip-path="{value}">{BEAM}</g>' for value in ("url(#a)", "url(#none)", "url(#box)", "circle(3px)")
-    )
+    values = ('clip-path="url(#a)"', 'clip-path="url(#none)"', 'clip-path="url(#b)"', 'clip-path="circle(3px)"')
+    shapes = "".join(f"<g {value}>{BEAM}</g>" for value in (*values, 'mask="url(#m)"'))
     plan = read_svg(tmp_path, HALL + defs + shapes)
     check_walls(plan, (2.0, 2.0, 6.0, 2.2))
-    assert plan.remarks == (HIDDEN.format("2 shapes"), "2 clip paths or masks not applied")
+    assert plan.remarks == (HIDDEN.format("2 shapes"), "3 clippings by path or mask not applied")
 
 
 def test_clip_paths_that_clip_themselves_end(tmp_path):
@@ -279,7 +308,7 @@ def test_clip_paths_that_clip_themselves_end(tmp_path):
     loop += '<clipPath id="b"><rect width="400" height="600" clip-path="url(#a)"/></clipPath>'
     plan = read_svg(tmp_path, f'{HALL}{loop}<g clip-path="url(#a)">{BEAM}</g>')
     check_walls(plan, (2.0, 2.0, 4.0, 2.2))
-    assert plan.remarks == ("1 clip path or masks not applied",)
+    assert plan.remarks == ("1 clipping by path or mask not applied",)
 
 
 def test_of_a_switch_one_child_is_drawn(tmp_path):
