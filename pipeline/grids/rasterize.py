@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pipeline.errors import ConfigError, PlanError
 from pipeline.floorplans.plan import CLUTTER, FloorPlan, GridPlan
 from pipeline.grids.occupancy import FREE, OCCUPIED, OccupancyGrid, Point
+from pipeline.grids.open_doors import FineFloor, Window, cut_window, open_doors
 
 Mask = NDArray[np.bool_]
 Lengths = NDArray[np.float64]
@@ -21,13 +22,18 @@ Indices = NDArray[np.int64]
 
 CELLS_PER_DOOR = 3  # a door at least this many cells wide stays open wherever the grid falls
 _MOST_CELLS = 25_000_000  # 1.5 km x 1.5 km at 0.3 m
+_FINE_PER_DOOR = 6  # fine cells across the narrowest door: at any angle its floor stays connected
+_FINEST = 24  # fine cells for a cell
 _TOUCH_M = 1e-6  # an outline this close to the edge of a cell does not cross it
 
 
-def rasterize(plan: FloorPlan | GridPlan, resolution: float, *, drop_clutter: bool = False) -> OccupancyGrid:
+def rasterize(
+    plan: FloorPlan | GridPlan, resolution: float, *, drop_clutter: bool = False, doors_from_m: float | None = None
+) -> OccupancyGrid:
     """Return the plan as FREE and OCCUPIED cells of ``resolution`` [m] inside a closed ring.
 
-    drop_clutter: count furniture, where the source marks it, as free.
+    drop_clutter: count furniture, where the source marks it, as free. doors_from_m: marked doors of at least this
+    width [m] stay open, by cells that are free only in part where need be (`open_doors`); None lets them close.
 
     Raises:
         ConfigError: the resolution is not positive, or no whole multiple of the cells of a grid plan.
@@ -42,7 +48,61 @@ def rasterize(plan: FloorPlan | GridPlan, resolution: float, *, drop_clutter: bo
             f"plan {plan.plan_id}: no cell of {resolution:g} m lies inside its free space. "
             "Lower rasterize.resolution_m or check the scale of the plan."
         )
-    return _ringed(grid)
+    return _ringed(grid if doors_from_m is None else _with_doors(grid, plan, drop_clutter, doors_from_m))
+
+
+def fine_floor(
+    plan: FloorPlan | GridPlan, grid: OccupancyGrid, factor: int, *, drop_clutter: bool = False
+) -> FineFloor:
+    """Return what gives the free floor of a plan on cells ``factor`` times finer than those of ``grid``.
+
+    A grid plan has only its own cells: ``factor`` is then how many of them a cell of ``grid`` is wide.
+    """
+    side = grid.resolution / factor
+    if isinstance(plan, FloorPlan):
+        floor = plan.free
+
+        def of_geometry(window: Window) -> Mask:
+            corner = Point(grid.origin.x + window.col * grid.resolution, grid.origin.y + window.row * grid.resolution)
+            return inside(floor, window.rows * factor, window.cols * factor, side, corner)
+
+        return of_geometry
+    free = ~_blocked(plan, drop_clutter)
+    shift = (
+        round((grid.origin.y - plan.origin.y) / plan.resolution),
+        round((grid.origin.x - plan.origin.x) / plan.resolution),
+    )
+
+    def of_cells(window: Window) -> Mask:
+        row, col = shift[0] + window.row * factor, shift[1] + window.col * factor
+        return cut_window(free, Window(row, col, window.rows * factor, window.cols * factor))
+
+    return of_cells
+
+
+def fine_factor(plan: FloorPlan | GridPlan, resolution: float, detail: float) -> int:
+    """Return how many fine cells a cell of ``resolution`` [m] is wide, so that ``detail`` [m] is seen in geometry."""
+    if isinstance(plan, GridPlan):
+        return round(resolution / plan.resolution)
+    return min(_FINEST, max(1, ceil(resolution / detail)))
+
+
+def _with_doors(
+    grid: OccupancyGrid, plan: FloorPlan | GridPlan, drop_clutter: bool, doors_from_m: float
+) -> OccupancyGrid:
+    doors = [door for door in plan.doors if door.width >= doors_from_m - _TOUCH_M]
+    if not doors:
+        return grid
+    factor = fine_factor(plan, grid.resolution, min(door.width for door in doors) / _FINE_PER_DOOR)
+    free = open_doors(
+        grid.cells == FREE,
+        doors,
+        fine_floor(plan, grid, factor, drop_clutter=drop_clutter),
+        factor=factor,
+        resolution=grid.resolution,
+        origin=grid.origin,
+    )
+    return OccupancyGrid(np.where(free, FREE, OCCUPIED).astype(np.uint8), grid.resolution, grid.origin)
 
 
 def check_resolution(plan: FloorPlan | GridPlan, resolution: float) -> None:
@@ -143,10 +203,7 @@ def _from_geometry(plan: FloorPlan, resolution: float) -> OccupancyGrid:
 
 def _from_cells(plan: GridPlan, resolution: float, drop_clutter: bool) -> OccupancyGrid:
     """Pool the cells, then cut away what lies beyond the free ones (laser maps have wide unknown margins)."""
-    blocked = plan.cells != FREE
-    if drop_clutter:
-        blocked &= plan.cells != CLUTTER
-    pooled = pool(blocked, round(resolution / plan.resolution))
+    pooled = pool(_blocked(plan, drop_clutter), round(resolution / plan.resolution))
     free_rows, free_cols = (np.flatnonzero(~pooled.all(axis=axis)) for axis in (1, 0))
     if not free_rows.size:
         return OccupancyGrid(pooled.astype(np.uint8), resolution, Point(*plan.origin))
@@ -154,6 +211,11 @@ def _from_cells(plan: GridPlan, resolution: float, drop_clutter: bool) -> Occupa
     kept = pooled[row : free_rows[-1] + 1, col : free_cols[-1] + 1]
     origin = Point(plan.origin.x + col * resolution, plan.origin.y + row * resolution)
     return OccupancyGrid(np.where(kept, OCCUPIED, FREE).astype(np.uint8), resolution, origin)
+
+
+def _blocked(plan: GridPlan, drop_clutter: bool) -> Mask:
+    blocked: Mask = plan.cells != FREE
+    return blocked & (plan.cells != CLUTTER) if drop_clutter else blocked
 
 
 def _ringed(grid: OccupancyGrid) -> OccupancyGrid:

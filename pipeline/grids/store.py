@@ -19,7 +19,7 @@ _IDENTITY = [column(name, pa.string()) for name in ("plan_id", "building", "envi
 
 GRIDS = table_schema(
     "grids",
-    1,
+    2,
     [
         *_IDENTITY,
         column("rows", pa.int32()),
@@ -29,6 +29,8 @@ GRIDS = table_schema(
         column("origin_y_m", pa.float64(), unit="m", frame="world"),
         column("cells", pa.binary(), frame="row 0 = lowest y"),
         column("robot_radius_m", pa.float64(), unit="m"),
+        column("reachable_m2", pa.float64(), unit="m2"),
+        column("lost_m2", pa.float64(), unit="m2"),
     ],
 )
 
@@ -45,7 +47,11 @@ PAIRS = table_schema(
 
 
 class GridRecord(NamedTuple):
-    """The true map of one plan: FREE and OCCUPIED cells in a closed ring, and the radius [m] to inflate them by."""
+    """The true map of one plan: FREE and OCCUPIED cells in a closed ring, and the radius [m] to inflate them by.
+
+    reachable_m2: what a robot of that radius reaches on the plan; lost_m2: what of it is lost on these cells; see
+    `pipeline.grids.lost_area`.
+    """
 
     plan_id: str
     building: str
@@ -53,6 +59,8 @@ class GridRecord(NamedTuple):
     split: str
     grid: OccupancyGrid
     robot_radius_m: float
+    reachable_m2: float = 0.0
+    lost_m2: float = 0.0
 
 
 class PackedWorld(NamedTuple):
@@ -72,6 +80,8 @@ class PackedWorld(NamedTuple):
             split=row["split"],
             grid=OccupancyGrid(cells, row["resolution_m"], Point(row["origin_x_m"], row["origin_y_m"])),
             robot_radius_m=row["robot_radius_m"],
+            reachable_m2=row["reachable_m2"],
+            lost_m2=row["lost_m2"],
         )
 
 
@@ -150,8 +160,9 @@ def _rows_of(table: pa.Table, split: str | None) -> list[dict[str, Any]]:
 
 def _grid_row(record: GridRecord) -> dict[str, Any]:
     rows, cols = record.grid.cells.shape
+    same = ("plan_id", "building", "environment", "split", "robot_radius_m", "reachable_m2", "lost_m2")
     return {
-        **{name: getattr(record, name) for name in ("plan_id", "building", "environment", "split", "robot_radius_m")},
+        **{name: getattr(record, name) for name in same},
         "rows": rows,
         "cols": cols,
         "resolution_m": record.grid.resolution,

@@ -113,6 +113,10 @@ def _add_survey(parser: ArgumentParser) -> None:
         help="how data sets are to be read, by name, with the keys of conf/plans/ (read) and reader: "
         "{homes: {metres_per_unit: 0.05, invert: true}}",
     )
+    text = "also say how much floor a robot can no longer reach on cells of M metres; grids: the nearest multiple"
+    parser.add_argument("--resolution", metavar="M", type=number_from(0.01, 1, " m"), help=text)
+    text = "of the robot, with --resolution (0.15)"
+    parser.add_argument("--robot-radius", metavar="M", type=number_from(0.01, 2, " m"), default=0.15, help=text)
     add_workers(parser)
 
 

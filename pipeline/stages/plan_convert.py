@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pipeline.errors import ConfigError, PlanError
+from pipeline.floorplans.openings import NARROWEST_DOOR_M
 from pipeline.floorplans.plan import FloorPlan, GridPlan, Location
 from pipeline.floorplans.writers import WRITERS
 from pipeline.floorplans.writers.writer import Writer
@@ -127,12 +128,12 @@ def _in_form(found: Found, writer: Writer, resolution: float | None) -> FloorPla
 def in_cells(plan: FloorPlan | GridPlan, resolution: float) -> GridPlan:
     """Return the plan as cells of ``resolution`` [m], as `pipeline.grids.rasterize` makes them, in the same frame.
 
-    Doors and endpoints stay; rooms and layers do not.
+    Marked doors that people pass stay open. Doors and endpoints stay; rooms and layers do not.
 
     Raises:
         PlanError, ConfigError: see `rasterize`.
     """
-    grid = rasterize(plan, resolution)
+    grid = rasterize(plan, resolution, doors_from_m=NARROWEST_DOOR_M)
     told = ("plan_id", "building", "floor", "environment", "source", "split", "doors", "endpoints", "remarks")
     return GridPlan(
         **{name: getattr(plan, name) for name in told},

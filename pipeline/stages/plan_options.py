@@ -71,8 +71,6 @@ _CHECKS: dict[str, Check] = {
 _IN_FLAGS = {
     "plans.read.metres_per_unit=": "--scale ",
     "plans.read.metres_per_unit": "--scale",
-    "plans.read.free_thresh": "--free-thresh",
-    "plans.read.occupied_thresh": "--occupied-thresh",
     "plans.read.paper=true": "--paper",
     "plans.read.paper": "--paper",
     "plans.read.wall_layers": "--wall-layer",

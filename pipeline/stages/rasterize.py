@@ -14,6 +14,7 @@ from pipeline.files import write_json
 from pipeline.floorplans.checks import Checked
 from pipeline.floorplans.plan import FloorPlan, GridPlan
 from pipeline.floorplans.store import read_plans
+from pipeline.grids.lost_area import MUCH_LOST, LostArea, lost_area, say_lost
 from pipeline.grids.occupancy import OccupancyGrid, Point
 from pipeline.grids.rasterize import check_doors
 from pipeline.grids.rasterize import rasterize as rasterize_plan
@@ -44,7 +45,9 @@ class RasterizeConfig:
     resolution_m: float
     """Side of a cell [m]; a whole multiple of a grid plan's own."""
     narrow_doors: str = "stop"
-    """stop: every door must be at least three cells wide; keep: narrower ones may close."""
+    """stop: every door must be at least three cells wide; keep: narrower ones may close, see keep_doors_open."""
+    keep_doors_open: bool = True
+    """Open marked doors that the robot passes and the cells close, by the fewest cells."""
     drop_clutter: bool = False
     """Count furniture, where the source marks it, as free."""
     variants_per_floor: int | None = None
@@ -80,6 +83,7 @@ class _World(NamedTuple):
     record: GridRecord
     pairs: list[Pair]
     connected_share: float
+    lost: LostArea
 
 
 def rasterize(raw: DictConfig) -> StageResult:
@@ -140,7 +144,9 @@ def _make_world(task: _Task, *, config: RasterizeConfig, robot_radius: float, se
     plan = task.plan
     if config.narrow_doors == "stop":
         check_doors(plan.plan_id, task.narrowest_door_m, config.resolution_m)
-    grid = rasterize_plan(plan, config.resolution_m, drop_clutter=config.drop_clutter)
+    doors_from = 2 * robot_radius if config.keep_doors_open else None
+    grid = rasterize_plan(plan, config.resolution_m, drop_clutter=config.drop_clutter, doors_from_m=doors_from)
+    lost = lost_area(plan, grid, robot_radius, drop_clutter=config.drop_clutter)
     identity = (plan.plan_id, plan.building, plan.environment, task.split)
     ends = choose_ends(
         plan,
@@ -153,7 +159,7 @@ def _make_world(task: _Task, *, config: RasterizeConfig, robot_radius: float, se
     pairs = [Pair(f"{plan.plan_id}/{k}", *identity, *found) for k, found in enumerate(ends)]
     room = traversable_cells(grid, robot_radius)
     share = float(largest_component(room).sum() / room.sum()) if room.any() else 0.0
-    return _World(GridRecord(*identity, grid, robot_radius), pairs, share)
+    return _World(GridRecord(*identity, grid, robot_radius, lost.reachable_m2, lost.lost_m2), pairs, share, lost)
 
 
 def choose_ends(
@@ -193,9 +199,26 @@ def _write(work: Workspace, worlds: Sequence[_World], rejected: Sequence[Refused
         metrics |= {f"plans_{split}": float(len(of_split)), f"pairs_{split}": float(pairs)}
         metrics[f"buildings_{split}"] = float(len(buildings))
         print(f"rasterize: {split:<10} {len(of_split)} plans of {len(buildings)} buildings, {pairs} pairs")
+    metrics |= _tell_lost(worlds)
     for bad in rejected:
         print(f"  rejected: {one_line(bad.reason)}")
     return StageResult(metrics=metrics, files=[folder / "rejected.json"])
+
+
+def _tell_lost(worlds: Sequence[_World]) -> dict[str, float]:
+    """Print how much floor was lost on the way to the cells, and where it was much; return it as metrics."""
+    shares = [world.lost.share for world in worlds]
+    much = [world for world in worlds if world.lost.share > MUCH_LOST]
+    print(
+        f"rasterize: floor lost to the cells: median {median(shares):.1%}, most {max(shares):.1%} of what is reachable"
+    )
+    for world in much:
+        print(f"  warning: {say_lost(world.record.plan_id, world.record.grid.resolution, world.lost)}")
+    return {
+        "lost_share_median": median(shares),
+        "lost_share_most": max(shares),
+        "plans_with_floor_lost": float(len(much)),
+    }
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from PIL import Image
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.readers import ReadOptions
-from pipeline.floorplans.survey import DataSet, data_sets_in, survey, survey_one, survey_table
+from pipeline.floorplans.survey import DataSet, Loss, data_sets_in, survey, survey_one, survey_table
 from tests.floorplans.samples import write_map, write_npz
 
 GREY = np.pad(np.full((20, 30), 254, dtype=np.uint8), 2)
@@ -92,3 +92,19 @@ def test_the_table_sums_up_and_names_every_failure(root):
 def test_a_folder_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(PlanError, match="no such folder or file"):
         survey(tmp_path / "nowhere")
+
+
+def test_a_survey_says_how_much_floor_is_lost(tmp_path):
+    write_npz(tmp_path / "7-1_3.npz")
+    write_npz(tmp_path / "7-2_3.npz")
+
+    def measure(plan):
+        return Loss(0.25, "much is lost") if plan.plan_id == "7-2_3" else Loss(0.0, "")
+
+    row = survey_one(tmp_path, DataSet(), measure=measure)
+    assert (row.lost, row.losses) == ((0.0, 0.25), ("much is lost",))
+    head, line, total, said = survey_table([row]).splitlines()
+    assert head.endswith("lost median    most  above 1 %")
+    assert line.split()[-3:] == total.split()[-3:] == ["12.50%", "25.00%", "1"]
+    assert said == f"{tmp_path.name}: much is lost"
+    assert "lost" not in survey_table([survey_one(tmp_path, DataSet())])

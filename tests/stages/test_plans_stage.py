@@ -4,20 +4,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from omegaconf import DictConfig, OmegaConf
 
 from pipeline.errors import ConfigError, HinterlandError, PlanError, TableError, TrialError
 from pipeline.files import write_json
 from pipeline.floorplans.checks import Checked, inspect
 from pipeline.floorplans.generators import GENERATORS
-from pipeline.floorplans.plan import FREE, Location
+from pipeline.floorplans.plan import FREE, Door, Location
 from pipeline.floorplans.readers import ReadOptions
 from pipeline.floorplans.store import read_plans, write_plans
 from pipeline.grids.store import read_pairs, read_worlds
 from pipeline.stages.plans import plans
 from pipeline.stages.rasterize import rasterize
 from pipeline.stages.reading import ReadConfig
-from tests.floorplans.samples import ELL, KNOWN, grid_plan, write_map, write_npz
+from tests.floorplans.samples import ELL, KNOWN, floor_plan, grid_plan, write_map, write_npz
 
 MAZES = {"counts": {"train": 3, "validation": 1, "test": 2}, "maze": {"columns": 3, "rows": 3, "min_path_cells": 3}}
 GRIDS = {"resolution_m": 0.3, "min_distance_m": 5.0, "pairs_per_plan": {"train": 3, "validation": 1, "test": 2}}
@@ -120,6 +121,24 @@ def test_variants_are_limited_and_furniture_can_be_dropped(tmp_path, campus):
     assert all(world.plan_id.endswith("_7") for world in worlds)
     free = sum(letter in ".dc" for line in ELL for letter in line)
     assert (worlds[0].grid.cells == 0).sum() == free
+
+
+@pytest.mark.parametrize(("keep", "lost"), [(True, False), (False, True)])
+def test_floor_lost_to_the_cells_is_told_and_marked_doors_are_kept_open(tmp_path, capsys, keep, lost):
+    door = (Door(6.05, 1.8, 0.5),)
+    rooms = [shapely.box(0, 0, 6, 4), shapely.box(6.1, 0, 9.1, 4), shapely.box(5.9, 1.55, 6.2, 2.05)]
+    drawn = floor_plan(shapely.union_all(rooms), plan_id="hall", doors=door, split="train")
+    write_plans(tmp_path / "plans" / "plans.parquet", [Checked(drawn, inspect(drawn))])
+    changes = {"resolution_m": 0.3, "narrow_doors": "keep", "min_distance_m": 2.0, "keep_doors_open": keep}
+    metrics = rasterize(config(tmp_path, radius=0.15, rasterize=FLOORS | changes)).metrics
+    (world,) = read_worlds(tmp_path / "rasterize")
+    told = capsys.readouterr().out
+    assert world.reachable_m2 == pytest.approx(31, rel=0.03)
+    assert (world.lost_m2 > 9) == lost
+    assert metrics["plans_with_floor_lost"] == lost
+    assert metrics["lost_share_most"] == pytest.approx(world.lost_m2 / world.reachable_m2)
+    assert ("warning: plan hall loses 9." in told and "most of it around (" in told) == lost
+    assert ("most 0.0% of what is reachable" in told) == (not lost)
 
 
 def test_bad_files_are_skipped_by_name_or_stop_the_run(tmp_path, campus):
