@@ -5,6 +5,7 @@ followed here in one walk over the tree: the library tries every way to find the
 hundreds of years in a sheet made for it.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -24,6 +25,8 @@ _STYLE_ONLY = frozenset(("translate", "rotate", "scale"))  # attributes of these
 _MOST_TOKENS = 400  # of a selector
 _MOST_TESTS = 2_500_000
 _LETTERS_AS_TEST = 20
+_VARIABLE = re.compile(r"var\(\s*+(--[\w-]++)\s*+(?:,((?:[^()]|\([^()]*+\))*+))?\)")
+_MOST_VARIABLES, _LONGEST_VALUE = 20, 2000
 _FEW_ELEMENTS = 5000
 
 _Said = tuple[dict[str, str], dict[str, str]]  # declared values, and those that are !important
@@ -255,19 +258,49 @@ def _declared(tokens: Sequence[Any]) -> tuple[_Said, int]:
 
     said: _Said = ({}, {})
     for token in tokens:
-        if token.type == "declaration" and token.lower_name in _PROPERTIES | _STYLE_ONLY:
+        if token.type != "declaration":
+            continue
+        if token.lower_name in _PROPERTIES | _STYLE_ONLY or token.name.startswith("--"):
             try:
                 value = tinycss2.serialize(token.value).strip()
             except RecursionError:  # brackets in brackets
                 value = ""
             if value:
-                said[token.important][token.lower_name] = value
+                said[token.important][token.name if token.name.startswith("--") else token.lower_name] = value
     return said, sum(token.type == "qualified-rule" for token in tokens)
+
+
+def resolved(said: dict[str, str], handed: Mapping[str, str]) -> dict[str, str]:
+    """Return declared values with each ``var(--name, otherwise)`` replaced; ``handed``: what the parent hands on.
+
+    As in CSS, a value that names a variable which is not set counts as not declared.
+    """
+    if not any("var(" in value for value in said.values()):
+        return said
+    known = {**handed, **said}
+    values = ((key, _resolved(value, known)) for key, value in said.items())
+    return {key: value for key, value in values if value is not None}
+
+
+def _resolved(value: str, known: Mapping[str, str]) -> str | None:
+    for _ in range(_MOST_VARIABLES):
+        if len(value) > _LONGEST_VALUE:
+            return None
+        match = _VARIABLE.search(value)
+        if match is None:
+            return value if "var(" not in value else None
+        name, otherwise = match.groups()
+        put = known.get(name, otherwise)
+        if put is None:
+            return None
+        value = f"{value[: match.start()]}{put.strip()}{value[match.end() :]}"
+    return None  # variables in a circle
 
 
 def inherited(outer: Mapping[str, str], said: Mapping[str, str]) -> Mapping[str, str]:
     """Return what an element hands on: what it says of the properties that are inherited, else what it was handed."""
-    own = {key: said[key] for key in said.keys() & INHERITED if said[key].lower() not in ("inherit", "unset")}
+    hands_on = [key for key in said if key in INHERITED or key.startswith("--")]
+    own = {key: said[key] for key in hands_on if said[key].lower() not in ("inherit", "unset")}
     if not own:
         return outer
     return {key: value for key, value in {**outer, **own}.items() if value.lower() not in ("initial", "revert")}

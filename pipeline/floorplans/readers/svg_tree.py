@@ -21,7 +21,7 @@ from pipeline.floorplans.readers.svg_areas import filled
 from pipeline.floorplans.readers.svg_meaning import Meaning, meaning_of, tag_of
 from pipeline.floorplans.readers.svg_paint import is_switched_off, is_visible
 from pipeline.floorplans.readers.svg_shapes import SHAPES, outlines_of
-from pipeline.floorplans.readers.svg_style import Styles, inherited
+from pipeline.floorplans.readers.svg_style import Styles, inherited, resolved
 from pipeline.floorplans.readers.svg_units import (
     Matrix,
     Viewport,
@@ -103,7 +103,7 @@ class Tree:
         Raises:
             PlanError: too many elements, copies or groups in each other; or a clip path that is a scribble.
         """
-        said = self._styles.of(self._root)
+        said = resolved(self._styles.of(self._root), {})
         start = Place(self._root, said, _UPRIGHT, Meaning(), inherited({}, said), _outer_viewport(self._root, said))
         try:
             start = start._replace(matrix=_UPRIGHT @ _own_transform(said, start.viewport))
@@ -139,7 +139,7 @@ class Tree:
         tag = tag_of(child)
         if not tag or (tag in _NOT_DRAWN and not copied):
             return None
-        said = self._styles.of(child)
+        said = resolved(self._styles.of(child), outer.style)
         meaning = meaning_of(child, outer.meaning, self._options, copied=copied)
         style = inherited(outer.style, said)
         hidden = outer.hidden or is_switched_off(said)

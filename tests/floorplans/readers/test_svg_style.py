@@ -153,6 +153,25 @@ def test_rules_that_cannot_be_followed_are_counted(tmp_path):
     assert plan.remarks == ("7 rules of style sheets not followed",)
 
 
+@pytest.mark.parametrize(
+    ("sheet", "filled"),
+    [
+        (":root{--inside:none} path{fill:var(--inside)}", False),
+        ("g{--inside:none} path{fill:var( --inside , red)}", False),
+        ("path{fill:var(--absent, none)}", False),
+        ("path{fill:var(--absent, var(--other, rgba(1,2,3,0)))}", False),
+        ("svg{--a:var(--b);--b:none} path{fill:var(--a)}", False),
+        ("svg{--a:none} g{--a:red} path{fill:var(--a)}", True),
+        ("path{fill:none} path{fill:var(--absent)}", True),
+        ("svg{--a:var(--a)} path{fill:var(--a)}", True),
+        ("g{--A:none} path{fill:var(--a)}", True),
+    ],
+)
+def test_variables_are_put_in(tmp_path, sheet, filled):
+    plan = read_svg(tmp_path, f"<style>{sheet}</style>{HALL_FILLED}<g>{RING}</g>", wall_m=0.04)
+    assert walls_in(plan).area == pytest.approx(4.0 if filled else 4 * 2 * 0.04, abs=1e-6)
+
+
 # Strokes
 @pytest.mark.parametrize(
     "width",
