@@ -124,13 +124,24 @@ def outline_of(shape: shapely.Geometry | None) -> tuple[Polygon | MultiPolygon, 
     polygons = _areas(shape)
     if not polygons:
         return None
-    whole = polygons[0] if len(polygons) == 1 else MultiPolygon(polygons)
-    check_outline(whole, "the outline of a room")
-    if len(polygons) > 1 and not whole.is_valid and shapely.is_valid(polygons).all():
-        drawn = isinstance(shape, LineString | MultiLineString)
-        whole = only_polygons(shapely.make_valid(whole) if drawn else shapely.union_all(polygons))
-    outline, repaired = repair_outline(whole)
+    if len(polygons) == 1:
+        outline, repaired = repair_outline(polygons[0])
+    else:
+        outline, repaired = _put_together(polygons, drawn=not polygons_of(shape))
     return None if outline.is_empty else (outline, repaired)
+
+
+def _put_together(polygons: Sequence[Polygon], *, drawn: bool) -> tuple[Polygon | MultiPolygon, bool]:
+    """Return several polygons as one outline, and whether it had to be repaired; of ``drawn`` rings some are holes.
+
+    Raises:
+        PlanError: they are a scribble.
+    """
+    whole = MultiPolygon(polygons)
+    check_outline(whole, "the outline of a room")
+    if whole.is_valid or not shapely.is_valid(polygons).all():
+        return repair_outline(whole)
+    return only_polygons(shapely.make_valid(whole) if drawn else shapely.union_all(polygons)), False
 
 
 def polygons_of(shape: shapely.Geometry | None) -> list[Polygon]:

@@ -77,7 +77,7 @@ class Imdf:
         head = sniff_text(path, _SNIFFED_BYTES)
         if path.name == _MANIFEST:
             return '"version"' in head and '"language"' in head
-        return '"feature_type"' in head or re.search(r'"features"\s*:\s*\[\s*\]', head) is not None
+        return mentions(path, "feature_type") or re.search(r'"features"\s*:\s*\[\s*\]', head) is not None
 
     def read(self, path: Path, options: ReadOptions) -> Iterator[FloorPlan | GridPlan | PlanError]:
         """Yield one plan for each indoor level with units, or the error that refuses it; see `Reader.read`."""

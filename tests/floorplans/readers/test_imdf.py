@@ -292,6 +292,14 @@ def test_a_folder_or_archive_is_one_venue(tmp_path, packed):
     assert [(plan.plan_id, len(plan.doors)) for plan in plans] == [("museum.0", 1)]
 
 
+def test_files_of_a_venue_are_told_however_far_behind_they_say_it(tmp_path):
+    path = venue(tmp_path / "museum")
+    for beside in (path, path.with_name("opening.geojson")):
+        beside.write_text(beside.read_text().replace('"features"', f'"note": "{"x" * 2_000_000}", "features"'))
+    assert Imdf().sniff(path)
+    assert Imdf().accompanies(path.with_name("opening.geojson"))
+
+
 def test_foreign_files_are_not_recognised(tmp_path):
     osm = write_features(tmp_path / "unit.geojson", two_rooms())
     lone = write_features(tmp_path / "alone" / "level.geojson", [level()])
