@@ -188,7 +188,8 @@ def _passages(shape: shapely.Geometry, opening: Feature) -> list[Passage]:
     """Return the passages that an opening marks: the middle of each of its lines, as wide as that is long."""
     door = opening.properties.get("door")
     leaf = not (isinstance(door, dict) and door.get("type") == "open")
-    return [Passage(middle.x, middle.y, width=length, leaf=leaf) for middle, length in openings_of(shape)]
+    marked = openings_of(shape)
+    return [Passage(each.middle.x, each.middle.y, width=each.length, leaf=leaf) for each in marked]
 
 
 def _say_symbols(openings: Sequence[Opening]) -> tuple[str, ...]:
