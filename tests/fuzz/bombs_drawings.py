@@ -1,6 +1,6 @@
 """Bombs for drawings and models: SVG, DXF, IFC."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -213,6 +213,7 @@ def dxf_bombs(sample: Sample) -> Bombs:
             ),
         ),
     )
+    yield from _dxf_areas(sample, tags, model)
     yield "long layer", replace_main(sample, model(tags(0, "LINE", 8, "x" * 100_000, 10, 0, 20, 0, 11, 9, 21, 9)))
     yield (
         "odd layers",
@@ -223,6 +224,77 @@ def dxf_bombs(sample: Sample) -> Bombs:
     yield "a comment without end", replace_main(sample, (tags(999, "x") * 100_000).encode())
     yield "blank lines", replace_main(sample, b"\n" * 1_000_000)
     yield "binary, cut", replace_main(sample, b"AutoCAD Binary DXF\r\n\x1a\x00" + b"\xff" * 1000)
+
+
+def _dxf_areas(sample: Sample, tags: Callable[..., str], model: Callable[..., bytes]) -> Bombs:
+    """Areas, widths and swings that are far too many, too large or cross themselves."""
+    rng = np.random.default_rng(1)
+
+    def new(entities: str, blocks: str = "") -> Sample:
+        return replace_main(sample, model(entities, blocks).replace(b"AC1009", b"AC1015"))
+
+    def polyline(corners: list[list[float]], layer: str, *more: object) -> str:
+        spots = [part for x, y in corners for part in (10, x, 20, y)]
+        return tags(0, "LWPOLYLINE", 100, "AcDbEntity", 8, layer, 100, "AcDbPolyline", 90, len(corners), *more, *spots)
+
+    def hatch(rings: list[list[list[float]]]) -> str:
+        paths = [
+            part
+            for ring in rings
+            for part in (92, 2, 72, 0, 73, 1, 93, len(ring), *(p for x, y in ring for p in (10, x, 20, y)), 97, 0)
+        ]
+        head = (
+            0,
+            "HATCH",
+            100,
+            "AcDbEntity",
+            8,
+            "WALL",
+            100,
+            "AcDbHatch",
+            10,
+            0.0,
+            20,
+            0.0,
+            30,
+            0.0,
+            2,
+            "SOLID",
+            70,
+            1,
+        )
+        return tags(*head, 71, 0, 91, len(rings), *paths, 75, 0, 76, 1, 98, 0)
+
+    scribble = rng.uniform(0, 90, (1500, 2)).tolist()
+    yield "a wide scribble", new(polyline(scribble, "WALL", 70, 1, 43, 0.5))
+    yield "a long wide line", new(polyline([[k, k % 2] for k in range(8_000)], "WALL", 43, 0.2))
+    yield "a line of endless width", new(polyline([[0, 0], [9, 0], [9, 9]], "WALL", 43, 1e308))
+    yield "a line of no width", new(polyline([[0, 0], [9, 0], [9, 9]], "WALL", 43, "nan"))
+    yield "a scribbled hatch", new(hatch([scribble]))
+    box = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    yield "a hatch of 2,500 rings", new(hatch([(box * k).tolist() for k in range(1, 2500)]))
+    rows = [box + np.array([k % 50, k // 50]) for k in range(2500)]
+    yield "a hatch of 2,500 boxes", new(hatch([(2 * spot + box).tolist() for spot in rows]))
+    yield "2,000 hatches", new("".join(hatch([spot.tolist()]) for spot in rows[:2000]))
+    turns = np.linspace(0, np.pi / 2, 12)
+    swing = np.stack([np.cos(turns), 0.7 * np.sin(turns)], axis=1)
+    swings = "".join(polyline((swing + spot).tolist(), "DOOR") for spot in rng.uniform(0, 90, (1500, 2)))
+    yield "1,500 chains", new(swings + tags(0, "LINE", 8, "WALL", 10, 0, 20, 0, 11, 90, 21, 90))
+    spiral = np.stack([np.cos(np.arange(5000) / 9), np.sin(np.arange(5000) / 9)], axis=1) * np.arange(5000)[:, None]
+    yield "a spiral of a door", new(polyline(spiral.tolist(), "DOOR") + polyline(scribble[:9], "WALL"))
+    solids = "".join(
+        tags(0, "SOLID", 8, "WALL", 10, a, 20, b, 11, c, 21, d, 12, d, 22, a, 13, c, 23, b)
+        for a, b, c, d in rng.uniform(0, 90, (1000, 4)).tolist()
+    )
+    yield "1,000 solids", new(solids)
+    elsewhere = "".join(
+        tags(0, "BLOCK", 8, 0, 2, f"X{k}", 70, 4, 10, 0.0, 20, 0.0, 1, f"{k}\u202e.dxf", 0, "ENDBLK", 8, 0)
+        for k in range(300)
+    )
+    inserts = "".join(tags(0, "INSERT", 8, "WALL", 2, f"X{k}", 10, 0.0, 20, 0.0) for k in range(400))
+    yield "300 external references", new(inserts + polyline([[0, 0], [9, 0], [9, 9]], "WALL", 70, 1), elsewhere)
+    kinds = "".join(tags(0, f"KIND{k}", 8, f"WALL {k}") for k in range(1000))
+    yield "1,000 kinds", new(kinds + polyline([[0, 0], [9, 0], [9, 9]], "WALL", 70, 1))
 
 
 def ifc_bombs(sample: Sample) -> Bombs:

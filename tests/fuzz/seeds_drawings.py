@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from tests.fuzz.sample import (
     CENTIMETRES,
@@ -9,6 +10,9 @@ from tests.fuzz.sample import (
     Sample,
     box,
 )
+
+if TYPE_CHECKING:
+    from ezdxf.document import Drawing
 
 
 def luperto_samples() -> Iterator[Sample]:
@@ -102,6 +106,43 @@ def dxf_samples() -> Iterator[Sample]:
     stream = io.StringIO()
     old.write(stream)
     yield Sample({"old.dxf": stream.getvalue().encode()}, "old.dxf", METRES)
+    stream = io.StringIO()
+    _dxf_of_all_kinds().write(stream)
+    yield Sample({"kinds.dxf": stream.getvalue().encode()}, "kinds.dxf")
+
+
+def _dxf_of_all_kinds() -> "Drawing":
+    """Widths, areas, multilines, stretched doors, clips, layers that are switched off, and an external reference."""
+    import ezdxf
+    from ezdxf.xclip import XClip
+
+    document = ezdxf.new("R2010", units=4)
+    space = document.modelspace()
+    document.layers.add("WALL-OLD").off()
+    document.layers.add("WALL-NEW").freeze()
+    walls, doors = {"layer": "WALL"}, {"layer": "DOOR"}
+    hall = [(0, 0), (8000, 0), (8000, 5000), (0, 5000)]
+    space.add_lwpolyline(hall, close=True, dxfattribs=walls | {"const_width": 200})
+    space.add_lwpolyline([(1000, 0, 90, 300, 0.5), (1000, 2000, 0, 0, 0)], format="xyseb", dxfattribs=walls)
+    space.add_solid([(2000, 0), (2200, 0), (2000, 2000), (2200, 2000)], dxfattribs=walls)
+    space.add_3dface([(3000, 0, 0), (3000, 0, 2500), (3000, 900, 2500), (3000, 900, 0)], dxfattribs=walls)
+    hatch = space.add_hatch(dxfattribs=walls)
+    hatch.paths.add_polyline_path([(4000, 0), (4500, 0, 0.3), (4500, 900), (4000, 900)], is_closed=True)
+    hatch.paths.add_edge_path().add_line((4100, 100), (4200, 300))
+    space.add_mline([(5000, 0), (5000, 5000)], dxfattribs=walls).set_scale_factor(150)
+    space.add_line((6000, 0), (6000, 900), dxfattribs={"layer": "WALL-OLD"})
+    block = document.blocks.new("LEAF")
+    block.add_arc((0, 0), 1, 0, 90)
+    block.add_lwpolyline([(0, 0), (0, 1), (0.3, 0.954), (0.5, 0.866), (0.7, 0.714), (0.9, 0.436), (1, 0)])
+    place = {"xscale": 900, "yscale": 700, "rotation": 90}
+    space.add_blockref("LEAF", (5000, 2000), dxfattribs=doors | place)
+    space.add_blockref("LEAF", (5000, 4000), dxfattribs={"layer": "WALL-NEW"} | place)
+    document.blocks.new("BAR").add_line((0, 0), (3000, 0), dxfattribs=walls)
+    XClip(space.add_blockref("BAR", (200, 3000))).set_block_clipping_path([(0, -100), (900, 100)])
+    document.add_xref_def("shell.dxf", "SHELL")
+    space.add_blockref("SHELL", (0, 0))
+    space.add_text("W1", dxfattribs=walls)
+    return document
 
 
 _IFC_HEAD = """ISO-10303-21;

@@ -49,9 +49,9 @@ def _line(entity: Any, _: float = 0.0) -> Iterator[LineString | None]:
 
 
 def _line_through(corners: NDArray[np.float64]) -> LineString | None:
-    if len(corners) < 2 or not np.ptp(corners, axis=0).any():
-        return None
-    return LineString(corners)
+    if not np.isfinite(corners).all():
+        raise ValueError("a coordinate is not finite")
+    return LineString(corners) if len(corners) >= 2 and np.ptp(corners, axis=0).any() else None
 
 
 def _polyline(entity: Any, thinnest: float) -> Iterator[BaseGeometry | None]:
@@ -69,7 +69,7 @@ def _polyline(entity: Any, thinnest: float) -> Iterator[BaseGeometry | None]:
 def _area(corners: NDArray[np.float64]) -> BaseGeometry | None:
     """Return the area of a face, or the line that it is when seen from above."""
     if len(corners) < 3 or not np.isfinite(corners).all():
-        return _line_through(corners)
+        return _line_through(corners)  # which refuses the latter
     polygon = Polygon(corners)
     if not polygon.is_valid:
         polygon = shapely.convex_hull(polygon)

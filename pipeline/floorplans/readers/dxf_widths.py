@@ -87,16 +87,26 @@ def _pieces(entity: Any) -> _Pieces:
     spots = rows[:, 0] + 1j * rows[:, 1]
     away = np.append(spots[1:] != spots[:-1], True)
     rows, spots = rows[away], spots[away]
+    if rows[:-1, 4].any():
+        spots, widths = _bent(rows, spots)
+    else:
+        widths = rows[:-1, 2:4]
+    to_world = entity.ocs().to_wcs
+    corners = np.array([to_world((spot.real, spot.imag, 0.0)).vec2 for spot in spots.tolist()])
+    return _Pieces(corners, widths)
+
+
+def _bent(
+    rows: NDArray[np.float64], spots: NDArray[np.complex128]
+) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    """Return the corners and widths of pieces with their arcs cut into short ones."""
     chains, widths = [], []
     for k, (start, end) in enumerate(pairwise(spots)):
         share = np.linspace(0.0, 1.0, _steps(rows[k, 4]) + 1)
         chains.append(_along(start, end, rows[k, 4], share)[:-1])
         at = rows[k, 2] + share * (rows[k, 3] - rows[k, 2])
         widths.append(np.stack([at[:-1], at[1:]], axis=1))
-    flat = np.concatenate([*chains, spots[-1:]])
-    to_world = entity.ocs().to_wcs
-    corners = np.array([to_world((spot.real, spot.imag, 0.0)).vec2 for spot in flat.tolist()])
-    return _Pieces(corners, np.concatenate(widths))
+    return np.concatenate([*chains, spots[-1:]]), np.concatenate(widths)
 
 
 def _steps(bulge: float) -> int:
