@@ -6,8 +6,10 @@ import signal
 import subprocess
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
+
+import psutil
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _GRACE_S = 15.0
@@ -42,7 +44,8 @@ def ending_by_signal() -> Iterator[None]:
 def run_below(command: Sequence[str], environment: Mapping[str, str]) -> int:
     """Run ``command`` in a process group of its own and return its exit code; when stopped, all of the group ends.
 
-    The group first gets SIGINT, which stages take as Ctrl-C, and what still runs after 15 s is killed.
+    ``command`` itself gets SIGINT, as from Ctrl-C, and all below it SIGTERM, which no worker answers with a trace. What
+    still runs after 15 s is killed.
     """
     with subprocess.Popen(command, env=environment, start_new_session=True) as below:
         try:
@@ -54,10 +57,15 @@ def run_below(command: Sequence[str], environment: Mapping[str, str]) -> int:
 
 def _end_group(below: subprocess.Popen[bytes]) -> None:
     try:
-        _tell_group(below.pid, signal.SIGINT)
+        for process in psutil.Process(below.pid).children(recursive=True):
+            with suppress(psutil.NoSuchProcess):
+                process.terminate()
+        below.send_signal(signal.SIGINT)
         limit = time.monotonic() + _GRACE_S
         while time.monotonic() < limit and (below.poll() is None or _tell_group(below.pid, 0)):
             time.sleep(0.05)
+    except psutil.NoSuchProcess:
+        return  # it ended by itself in this very moment
     finally:
         _tell_group(below.pid, signal.SIGKILL)
 
