@@ -53,7 +53,7 @@ def is_visible(style: Mapping[str, str]) -> bool:
 
 def is_switched_off(said: Mapping[str, str]) -> bool:
     """Return whether an element says that it and what is in it are not drawn at all."""
-    return said.get("display", "").lower() == "none" or _number(said.get("opacity", ""), 1.0) <= 0
+    return said.get("display", "").lower() == "none" or ("opacity" in said and _number(said["opacity"], 1.0) <= 0)
 
 
 def _painted(style: Mapping[str, str], key: str) -> bool | None:

@@ -41,6 +41,7 @@ _MOST_COPIES = 30_000
 _DEEPEST = 100
 _CORNERS_AS_ELEMENT = 20  # of a clip path: applying it takes as long as walking over this many elements
 _TRANSFORMS = frozenset(("transform", "translate", "rotate", "scale"))
+_CUTTING = frozenset(("clip-path", "mask"))
 _UPRIGHT = Matrix(d=-1.0)  # y down to y up
 
 
@@ -89,7 +90,9 @@ class Tree:
         self._elements = self._copies = 0
         self._ids: dict[str, Element] = {}
         self._parents: dict[Element, Element] = {}
-        for element in root.iter():
+        for count, element in enumerate(root.iter()):
+            if count >= _MOST_ELEMENTS:
+                raise PlanError(self._too_large())
             if "id" in element.attrib:
                 self._ids.setdefault(element.attrib["id"], element)
             self._parents |= dict.fromkeys(element, element)
@@ -141,22 +144,23 @@ class Tree:
             return None
         said = resolved(self._styles.of(child), outer.style)
         meaning = meaning_of(child, outer.meaning, self._options, copied=copied)
+        if meaning.is_floor:  # drawings of several floors show one at a time
+            said = {key: value for key, value in said.items() if key not in ("display", "visibility", "opacity")}
         style = inherited(outer.style, said)
         hidden = outer.hidden or is_switched_off(said)
-        if meaning.is_floor:  # drawings of several floors show one at a time
-            hidden, style = False, {key: value for key, value in style.items() if key != "visibility"}
-        place = Place(child, said, outer.matrix, meaning, style, outer.viewport, hidden, outer.clip)
-        place = place._replace(depth=outer.depth + 1, via=outer.via)
+        depth, via = outer.depth + 1, outer.via
+        place = Place(child, said, outer.matrix, meaning, style, outer.viewport, hidden, outer.clip, depth, via)
         try:
-            boxed = said.get("transform-box", "").lower() in ("fill-box", "content-box", "stroke-box")
-            around = self._box(place) if boxed and (said.keys() & _TRANSFORMS) else None
-            place = place._replace(matrix=outer.matrix @ _own_transform(said, outer.viewport, around))
+            if not _TRANSFORMS.isdisjoint(said):
+                boxed = said.get("transform-box", "").lower() in ("fill-box", "content-box", "stroke-box")
+                around = self._box(place) if boxed else None
+                place = place._replace(matrix=outer.matrix @ _own_transform(said, outer.viewport, around))
             if tag == "svg" or (tag == "symbol" and copied):
                 place = self._in_viewport(place, use)
         except PARSER_ERRORS:  # one shape must not end the file
             self.tally.damaged += 1
             return None
-        return self._clipped(place)
+        return place if _CUTTING.isdisjoint(said) else self._clipped(place)
 
     def _in_viewport(self, place: Place, use: Place | None) -> Place:
         """Return the place inside a nested drawing or a symbol; ``use`` may give it another size."""

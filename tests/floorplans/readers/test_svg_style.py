@@ -54,6 +54,13 @@ def test_a_visible_shape_in_a_hidden_group_is_drawn_but_none_in_one_without_disp
         assert plan.remarks == (HIDDEN.format("1 shape" if boxes else "2 shapes"),)
 
 
+def test_a_floor_that_is_not_shown_is_read_unless_all_of_the_drawing_is_hidden(tmp_path):
+    floor = f'<g class="Floorplan Floor-1" style="visibility:hidden" display="none" opacity="0">{HALL}{POST}</g>'
+    check_walls(read_svg(tmp_path, floor), POST_BOX)
+    file = write_svg(tmp_path, f'<g display="none">{floor}</g>')
+    assert "2 are hidden" in refusal(Svg(), file, metres_per_unit=0.01)
+
+
 def test_hidden_doors_and_rooms_are_counted_and_furniture_is_not(tmp_path):
     parts = '<rect class="door" width="9" height="9"/><g class="Space Hall"><rect width="50" height="50"/></g>'
     plan = read_svg(tmp_path, f'{HALL}<g display="none">{parts}<rect width="9" height="9"/></g>')
