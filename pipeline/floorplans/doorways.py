@@ -97,16 +97,36 @@ def _joins(floor: Polygon, sides: tuple[Side, Side]) -> bool:
 
 
 def _shortest_way(door: Point, width: float, sides: tuple[Side, Side], others: Floor) -> Doorway | None:
-    """Join the floors through the door's point by a strip of the least asked width, where walls are crooked."""
+    """Join the floors through the door's point by a strip of the least asked width, where walls are crooked.
+
+    The strip reaches so deep into both floors that it opens in its width: into a slanting one it would only lead by a
+    corner. Where it cannot, it is as wide as the shallowest strip is in the middle.
+    """
     narrow = _SHARES[-1] * width
     spot = np.array([door.x, door.y])
     ends = [shapely.get_coordinates(shapely.shortest_line(side.floor, door))[0] for side in sides]
-    lapped = [end + (end - spot) * (_LAP_M / max(_LAP_M, float(np.hypot(*(end - spot))))) for end in ends]
-    path = LineString([lapped[0], spot, lapped[1]])
-    strip = path.buffer(narrow / 2, cap_style="flat", join_style="mitre")
     inside = shapely.union_all([side.outline for side in sides]).buffer(narrow / 2).buffer(-narrow / 2)
-    for part in shapely.get_parts(shapely.difference(shapely.intersection(strip, inside), others)):
-        if isinstance(part, Polygon) and all(part.intersects(side.floor) for side in sides):
-            clear = min(narrow, float(part.area / path.length))
-            return Doorway(part, clear) if clear > narrow / 2 else None
-    return None
+    found = []
+    for deeper in _DEEPER_M:
+        reach = _LAP_M + deeper
+        lapped = [end + (end - spot) * (reach / max(_LAP_M, float(np.hypot(*(end - spot))))) for end in ends]
+        path = LineString([lapped[0], spot, lapped[1]])
+        strip = path.buffer(narrow / 2, cap_style="flat", join_style="mitre")
+        for part in shapely.get_parts(shapely.difference(shapely.intersection(strip, inside), others)):
+            if isinstance(part, Polygon) and all(part.intersects(side.floor) for side in sides):
+                clear = min(narrow, float(part.area / path.length))
+                if clear > narrow / 2:
+                    found.append(Doorway(part, clear))
+                break
+        if not found:  # the rooms share no wall there
+            return None
+    return next((doorway for doorway in found if _opens(doorway, sides)), found[0])
+
+
+def _opens(doorway: Doorway, sides: tuple[Side, Side]) -> bool:
+    """Return whether a disc almost as wide as a doorway gets through it, from one floor to the other."""
+    radius = 0.45 * doorway.width
+    near = doorway.floor.buffer(2 * doorway.width)
+    floors = [shapely.intersection(side.floor, near) for side in sides]
+    whole = shapely.union_all([doorway.floor, *floors]).buffer(-radius)
+    return any(all(part.intersects(floor) for floor in floors) for part in shapely.get_parts(whole))

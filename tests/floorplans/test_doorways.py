@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from shapely.geometry import MultiPolygon, Point, Polygon, box
 
 from pipeline.floorplans.doorways import Side, cut_doorway
+from tests.floorplans.real_data import plan_files, read_entry
 
 WALL_M = 0.2
 NOBODY = Polygon()
@@ -118,3 +119,12 @@ def test_wherever_a_door_lies_it_opens_between_its_rooms_and_no_third(y, low, he
     outlines = shapely.union_all([WEST.outline, east.outline])
     closed = outlines.buffer(0.35 * width).buffer(-0.35 * width)  # a strip may round off a corner between the two
     assert found.floor.difference(closed.buffer(1e-6)).area < 1e-6
+
+
+@pytest.mark.parametrize("school", ["Vipiteno1", "rockislandgroundfloor"])
+def test_a_doorway_through_crooked_walls_opens_in_its_width_and_not_by_a_corner(school):
+    with plan_files("luperto_schools_offices") as files:
+        (entry,) = [entry for entry in files if school in entry.file.name]
+        (plan,) = read_entry(entry)
+    areas = np.sort(shapely.area(shapely.get_parts(plan.free.buffer(-0.1))))
+    assert areas[:-1].sum() < 1.0
