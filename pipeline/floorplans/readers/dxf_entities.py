@@ -19,7 +19,7 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.errors import PlanError
 from pipeline.floorplans.readers.drawing import PARSER_ERRORS
 from pipeline.floorplans.readers.dxf_doors import Swing, swings_of
-from pipeline.floorplans.readers.dxf_layers import LayerTable, is_door_name, is_wall_name
+from pipeline.floorplans.readers.dxf_layers import LayerTable, is_door_block, is_door_name, is_wall_name
 from pipeline.floorplans.readers.dxf_shapes import outlines, shapes_of
 from pipeline.floorplans.readers.json_file import short_text
 from pipeline.floorplans.readers.reader import ReadOptions
@@ -129,7 +129,7 @@ class Collector:
         inner = _Place(
             layer=layer,
             depth=place.depth + 1,
-            door=place.door or (name if is_door_name(name, self.options) else ""),
+            door=place.door or (name if is_door_block(name, self.options) else ""),
             hidden=place.hidden or (layer if hides else ""),
             clips=(*place.clips, *self._clips(insert)),
         )

@@ -42,11 +42,16 @@ _MOUNTED = (
     "sconces fixture fixtures cabinet cabinets cupboard cupboards shelf shelves paper papers wallpaper tile tiles "
     "tiling finish finishes finishing paint painting paintings art picture pictures sign signs signage clock clocks "
     "mount mounted bracket brackets rail rails handrail handrails grille grilles radiator radiators heater heaters "
-    "register registers diffuser diffusers plug plugs hardware bell bells decor decoration mirror mirrors screen "
-    "screens steckdose steckdosen leuchte leuchten lampe lampen schalter schrank schränke regal regale fliese "
-    "fliesen tapete prise prises applique appliques manteau manteaux serviette serviettes lampara lamparas"
+    "register registers diffuser diffusers plug plugs hardware bell bells decor decoration mirror mirrors "
+    "steckdose steckdosen leuchte leuchten lampe lampen schalter schrank schränke regal regale fliese "
+    "fliesen tapete prise prises applique appliques manteau manteaux serviette serviettes lampara lamparas hung tv "
+    "speaker speakers camera cameras sensor sensors sink sinks basin basins urinal urinals toilet toilets "
+    "extinguisher extinguishers hydrant hydrants alarm alarms vent vents duct ducts pipe pipes cable cables "
+    "thermostat thermostats trim skirting footing footings handle handles knob knobs lock locks closer closers mat "
+    "mats"
 )
-_NEITHER = frozenset(f"{_WRITTEN} {_MOUNTED}".split())
+_LABELS = frozenset(_WRITTEN.split())
+_NEITHER = _LABELS | frozenset(_MOUNTED.split())
 _CAMEL = re.compile(r"(?<=[^\W\d_A-ZÄÖÜ])(?=[A-ZÄÖÜ])|(?<=[A-ZÄÖÜ])(?=[A-ZÄÖÜ][^\W\d_A-ZÄÖÜ])")
 _XREF = re.compile(r".*(?:\||\$\d+\$)", re.DOTALL)
 _MOST_LETTERS = 255  # of a layer's name in the format
@@ -67,18 +72,25 @@ def words(name: str) -> tuple[str, ...]:
     return tuple(word.casefold() for part in re.findall(r"[^\W\d_]+", plain) for word in _CAMEL.split(part) if word)
 
 
-def _holds(name: str, kinds: Iterable[re.Pattern[str]]) -> bool:
+def _holds(name: str, kinds: Iterable[re.Pattern[str]], unless: frozenset[str] = _NEITHER) -> bool:
     parts = words(name)
-    if any(word in _NEITHER for word in parts):
+    if any(word in unless for word in parts):
         return False
     return any(kind.fullmatch(word) and not _NOT_THESE.fullmatch(word) for word in parts for kind in kinds)
 
 
 def is_door_name(name: str, options: ReadOptions) -> bool:
-    """Return whether a layer or block of this name holds doors; names that a person gave replace the list."""
+    """Return whether a layer of this name holds doors; names that a person gave replace the list."""
     if options.door_layers:
         return is_named(name, options.door_layers)
     return _holds(name, (_DOORS,))
+
+
+def is_door_block(name: str, options: ReadOptions) -> bool:
+    """Return whether a block of this name is a door; it may be named after its parts, as ``Door stile and rail``."""
+    if options.door_layers:
+        return is_named(name, options.door_layers)
+    return _holds(name, (_DOORS,), _LABELS)
 
 
 def is_wall_name(name: str, options: ReadOptions) -> bool:

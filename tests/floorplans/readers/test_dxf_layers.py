@@ -3,7 +3,14 @@ import unicodedata
 import ezdxf
 import pytest
 
-from pipeline.floorplans.readers.dxf_layers import LayerTable, bare_name, is_door_name, is_wall_name, words
+from pipeline.floorplans.readers.dxf_layers import (
+    LayerTable,
+    bare_name,
+    is_door_block,
+    is_door_name,
+    is_wall_name,
+    words,
+)
 from pipeline.floorplans.readers.reader import ReadOptions
 
 NO_OPTIONS = ReadOptions()
@@ -30,6 +37,7 @@ A-FINISH-WALLPAPER WALLPAPER E-WALL-SOCKET WALL-SOCKETS Wall~lights WALL-MOUNTED
 A-ANNO-WALL A-WALL-DIMS A-WALL-IDEN A-WALL-HEAD wall-tags WALL-TEXT WAND-BEMASSUNG Wand-Schraffur WANDERWEG Wandlampe
 AUFWAND Leinwand INDOOR OUTDOOR-LIGHTS A-DOOR-IDEN DOOR_NUMBERS Türnummer Tür-Nummer A-FURN MURAL MURAL-ART 0 Defpoints
 SWALLOW WALLET MURATURA-X shell$0$IMPORTANT mywalls|A-FURN porte-manteaux PORTRAIT PORTICO AIRPORT A-CEIL-WALL A-AREA
+WALL-HUNG-SINK I-WALL-CLOCKS Wall~Cameras WALL_FOOTINGS P-WALL-PIPE DOOR-LOCKS Door~mats WALL-SWITCH-NEW
 """)
 
 
@@ -49,6 +57,12 @@ def test_doors_are_known_by_a_word_of_the_name(name):
 def test_words_within_words_and_what_hangs_on_walls_are_neither(name):
     assert not is_door_name(name, NO_OPTIONS)
     assert not is_wall_name(name, NO_OPTIONS)
+
+
+def test_a_block_may_be_named_after_parts_of_a_door_but_not_of_its_label():
+    names = ("Door stile and rail", "Door-w-hardware", "M_Door-Single", "Door Tag", "DOOR_NUMBER", "IMPORTANT", "Chair")
+    assert [is_door_block(name, NO_OPTIONS) for name in names] == [True] * 3 + [False] * 4
+    assert is_door_block("T-90", ReadOptions(door_layers=("t*",)))
 
 
 def test_an_accent_may_be_written_in_two_ways():
