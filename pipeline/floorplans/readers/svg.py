@@ -45,7 +45,7 @@ _THINNEST_WALL_M = 0.03  # what is drawn thinner is drawn with a pen
 
 @dataclass
 class _Found:
-    """The floors by level; outlines that cross themselves and lines thinner than a wall, by level."""
+    """The floors by level; outlines that cross themselves, lines thinner than a wall, and what refuses a floor."""
 
     tree: Tree
     options: ReadOptions
@@ -53,6 +53,7 @@ class _Found:
     levels: dict[str, Drawing] = field(default_factory=dict)
     crossed: dict[str, int] = field(default_factory=dict)
     thin: dict[str, int] = field(default_factory=dict)
+    refused: dict[str, PlanError] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,12 @@ class Svg:
         name = str(path)
         found = _Found(Tree(_parse(path), options, name), options, name)
         for place in found.tree.shapes():
-            _add_shape(found, place)
-        levels = {level: drawing for level, drawing in found.levels.items() if drawing.walls or drawing.rooms}
+            try:
+                _add_shape(found, place)
+            except PlanError as problem:  # a scribble: one bad floor must not cost the others
+                found.refused.setdefault(place.meaning.level, problem)
+        drawn_on = {level for level, drawing in found.levels.items() if drawing.walls or drawing.rooms}
+        levels = {level: found.levels[level] for level in found.levels if level in drawn_on | found.refused.keys()}
         if not levels:
             hidden = found.tree.tally.hidden
             raise PlanError(
@@ -90,6 +95,9 @@ class Svg:
                 continue
             drawing.remarks += _remarks(found, level)
             plan_id = f"{path.stem}.{level}" if len(levels) > 1 else path.stem
+            if level in found.refused:
+                yield PlanError(str(found.refused[level]).replace(name, f"{name} ({plan_id})", 1))
+                continue
             try:
                 scale = scale_of(str(path), drawing, options)
                 yield plan_of(
@@ -138,6 +146,8 @@ def _remarks(found: _Found, level: str) -> Iterator[str]:
 def _add_shape(found: _Found, place: Place) -> None:
     """Add a shape to its floor, or count it as hidden or damaged."""
     meaning, tally = place.meaning, found.tree.tally
+    if meaning.level in found.refused:
+        return
     if place.hidden or not is_visible(place.style):
         tally.hidden += 1
         return

@@ -286,6 +286,15 @@ def test_one_bad_floor_does_not_cost_the_others(tmp_path):
     check_house(good)
 
 
+def test_a_scribble_refuses_its_floor_alone(tmp_path):
+    scribble = np.random.default_rng(0).uniform(0, 20, (2000, 2))
+    walls = group("Wall", polygon(scribble), polygon(OUTLINE))
+    file = write(tmp_path, group("Floorplan Floor-1", walls), group("Floorplan Floor-2", wall(door())))
+    bad, good = read_all(Svg(), file, metres_per_unit=SCALE)
+    assert str(bad).startswith(f"{file} (model.Floor-1): lines meet more than")
+    check_house(good)
+
+
 HEADS = ["", '<?xml version="1.0"?>\n<!-- by hand <svg> -->', '<!DOCTYPE svg PUBLIC "a" "b.dtd">', "<!DOCTYPE svg []>"]
 
 
