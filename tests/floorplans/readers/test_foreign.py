@@ -59,7 +59,7 @@ FEATURE = {"type": "Feature", "properties": {"name": "hall", "use": "office"}, "
             "GeoJSON with 2 features whose properties are name, use,",
             "indoor=room and level=0",
         ),
-        ("m.yaml", b"image: a.pgm\n  resolution: 1\n", "YAML that is not understood (line 2: ", "Repair it"),
+        ("m.yaml", b"doors: a\n  width: 1\n", "YAML that is not understood (line 2: ", "Repair it"),
         ("m.yaml", b"doors: 3\nwidth: 1\n", "YAML with the keys doors, width, not those", "image, resolution and"),
         ("a.webp", b"RIFF\x00\x01\x00\x00WEBPVP8 ", "a WebP picture", "PNG"),
         ("a.heic", b"\x00\x00\x00\x18ftypheic", "a HEIC picture", "PNG"),
