@@ -61,12 +61,24 @@ def lost_area(
         floor = largest_component(floor)
     else:
         floor = _largest_reached(plan, grid, factor, robot_radius)
-    reached = largest_component(traversable_cells(grid, robot_radius))
-    reached = reached.repeat(factor, axis=0).repeat(factor, axis=1) & floor
+    reached = _most_of(traversable_cells(grid, robot_radius).repeat(factor, axis=0).repeat(factor, axis=1), floor)
     steps = ceil(_NEAR_CELLS * factor)
     far = floor & ~_grown(reached, floor, steps)
     lost = _grown(far, floor & ~reached, steps) if far.any() else far
     return LostArea(float(floor.sum()) * side**2, float(lost.sum()) * side**2, _place(lost, side, grid.origin))
+
+
+def _most_of(traversable: Mask, floor: Mask) -> Mask:
+    """Return the connected part of ``traversable`` that holds most of ``floor``, where it is floor.
+
+    The largest part of the grid may be another flat of about the same size.
+    """
+    parts, _ = label(traversable)
+    counts = np.bincount(parts[floor], minlength=2)
+    counts[0] = 0
+    most = int(np.argmax(counts))
+    reached: Mask = (parts == most) & floor & (most > 0)
+    return reached
 
 
 def say_lost(plan_id: str, resolution: float, lost: LostArea) -> str:

@@ -47,6 +47,14 @@ def test_the_margin_along_walls_is_no_loss(angle, shift):
     assert lost_area(plan, rasterize(plan, 0.3), 0.15).lost_m2 == 0
 
 
+def test_of_two_flats_the_larger_one_is_looked_for_on_the_grid_although_it_is_the_smaller_one_there():
+    flats = shapely.union_all([shapely.box(0, 0, 6, 4), shapely.box(7.05, 0, 13.1, 4)])
+    plan = floor_plan(flats)
+    lost = lost_area(plan, rasterize(plan, 0.3), 0.15)
+    assert lost.reachable_m2 == pytest.approx(5.75 * 3.7, rel=0.03)
+    assert lost.lost_m2 == 0
+
+
 def test_a_dead_end_narrower_than_a_cell_is_lost():
     plan = floor_plan(shapely.union_all([shapely.box(0, 0, 6, 4), shapely.box(5.9, 1.6, 11, 2.05)]))
     lost = lost_area(plan, rasterize(plan, 0.3), 0.15)
