@@ -77,7 +77,7 @@ def test_a_large_file_is_not_parsed_as_yaml(tmp_path, monkeypatch):
     def refuse(text: str) -> object:
         raise AssertionError("parsed")
 
-    monkeypatch.setattr("pipeline.floorplans.readers.ros_map_server._plain_yaml", refuse)
+    monkeypatch.setattr("pipeline.floorplans.readers.ros_map_server.load_map_yaml", refuse)
     assert not READERS["ros_map_server"].sniff(path)
 
 

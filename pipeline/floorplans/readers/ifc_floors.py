@@ -114,8 +114,14 @@ def floors_of(
             else:
                 group.append(number)
     walled = [list(group) for group in groups]
+    owners = {levels[group[0]].building for group in groups}
     for number, level in enumerate(levels):
-        if number in inhabited and not areas[number]:
+        # Some models assign walls to no level at all: then any level that they stand on is a floor.
+        loose = level.building not in owners and any(
+            _stands(piece, solid) and piece.home.level < 0 and (piece.home.building == level.building or not owners)
+            for piece in cuts[number]
+        )
+        if (number in inhabited or loose) and not areas[number]:
             near = [group for group in groups if _is_near(levels[group[0]], level)]
             for group in near:
                 group.append(number)

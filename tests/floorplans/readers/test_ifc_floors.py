@@ -178,6 +178,17 @@ def test_a_wall_that_belongs_to_the_building_alone_counts_on_every_floor_of_it(t
     assert by_level(model.save(tmp_path)) == {"0": rooms, "1": rooms}
 
 
+@pytest.mark.parametrize("within", ["building", "nothing"])
+def test_walls_that_belong_to_no_level_stand_on_every_one_they_reach(tmp_path, within):
+    model = Model().storey("0").storey("1", 3.0).storey("Roof", 6.0)
+    model.floor, model.z = model.building, 0.0
+    model.box(0, 0, 7, 4, height=6.0)
+    if within == "nothing":
+        for relation in model.file.by_type("IfcRelContainedInSpatialStructure"):
+            model.file.remove(relation)
+    assert by_level(model.save(tmp_path)) == {"0": [pytest.approx(6.8 * 3.8)], "1": [pytest.approx(6.8 * 3.8)]}
+
+
 def test_a_wall_that_a_split_level_refers_to_is_its_own_as_well(tmp_path):
     """The wall of the lower level, far from the walls of the upper one, closes its floor."""
     model = Model().storey("Low").box(0, 0, 6, 4, sides="lbt", height=4.0)
