@@ -9,7 +9,6 @@ wall is opened, whatever stands near the door.
 
 import heapq
 from collections.abc import Callable, Iterable, Sequence
-from itertools import product
 from math import ceil, floor
 from typing import Any, NamedTuple, TypeAlias
 
@@ -159,6 +158,9 @@ def _any(fine: Mask, factor: int) -> Mask:
 
 def _cheapest(free: Mask, shut: Mask, floor_: Mask, factor: int, starts: Mask, goals: Mask) -> list[tuple[int, int]]:
     """Return the fewest blocked cells that join ``starts`` to ``goals`` along the floor outside ``shut``, if any do."""
+    joined: Labels = label(free & ~shut)[0]  # free cells are wholly floor: side by side they are joined
+    if np.intersect1d(joined[starts], joined[goals]).any():
+        return []  # as most doors are
     pieces = _pieces(floor_, factor)
     sound: dict[Node, bool] = {}
 
@@ -195,12 +197,13 @@ def _cheapest(free: Mask, shut: Mask, floor_: Mask, factor: int, starts: Mask, g
 
 
 def _pieces(floor_: Mask, factor: int) -> Labels:
-    """Return the floor with the connected pieces of each cell numbered from 1 on: [size * factor, size * factor]."""
-    pieces = np.zeros(floor_.shape, dtype=np.int32)
-    for row, col in product(range(0, floor_.shape[0], factor), range(0, floor_.shape[1], factor)):
-        block = (slice(row, row + factor), slice(col, col + factor))
-        pieces[block] = label(floor_[block])[0]
-    return pieces
+    """Return the floor with the connected pieces of each cell numbered, from 1 on: [size * factor, size * factor]."""
+    rows, cols = (count // factor for count in floor_.shape)
+    apart = np.zeros((rows, factor + 1, cols, factor + 1), dtype=np.bool_)  # a gap behind each cell keeps pieces in it
+    apart[:, :factor, :, :factor] = _blocks(floor_, factor)
+    pieces: Labels = label(apart.reshape(rows * (factor + 1), cols * (factor + 1)))[0]
+    kept = pieces.reshape(apart.shape)[:, :factor, :, :factor]
+    return np.ascontiguousarray(kept).reshape(floor_.shape).astype(np.int32)
 
 
 def _beside(pieces: Labels, factor: int, node: Node) -> set[Node]:
