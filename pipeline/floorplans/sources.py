@@ -16,7 +16,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from gzip import GzipFile
 from pathlib import Path, PurePosixPath
 from typing import IO
@@ -54,6 +54,7 @@ class SourceFile:
     path: where it lies on disk, perhaps unpacked. name: what a person calls it, below the root of the source:
     "maps.zip/gates/map.yaml". original: the same as a full path, the archive standing for a folder. unpacked: the
     folder (or file) on disk that stands for an archive, and that archive. problem: why an archive cannot be unpacked.
+    lone: the source is this file alone, so that options given for the source are meant for it.
     """
 
     path: Path
@@ -61,6 +62,7 @@ class SourceFile:
     original: Path
     unpacked: tuple[Path, Path] | None = None
     problem: PlanError | None = None
+    lone: bool = False
 
     def named_anew(self, text: str) -> str:
         """Return ``text`` with the places of unpacked files named as a person knows them."""
@@ -98,6 +100,7 @@ def open_source(root: Path, *, most_bytes: int = MOST_BYTES) -> Iterator[list[So
             files = unpacker.files(root, root.name)
             if files and files[0].path == root and files[0].problem is not None:
                 raise files[0].problem
+            files = [replace(file, lone=True) for file in files] if len(files) == 1 else files
         else:
             names = {path.relative_to(root).as_posix(): path for path in root.rglob("*") if path.is_file()}
             shown = sorted(name for name in names if not _hidden(name))

@@ -158,7 +158,7 @@ def read_plan_file(
     readers = [_named(reader_name)] if reader_name is not None else [r for r in READERS.values() if r.sniff(path)]
     if not readers:
         raise PlanError(sentence_of(path, path))
-    return list(read_plans(lone_file(path), readers[0], options))
+    return list(read_plans(replace(lone_file(path), lone=True), readers[0], options))
 
 
 def read_plans(
@@ -172,7 +172,7 @@ def read_plans(
     given = options or ReadOptions()
     try:
         manifest = find_manifest(file)
-        for found in read_as_asked(file.path, reader, given):
+        for found in read_as_asked(file.path, reader, given, lone=file.lone):
             yield _finished(found, file, manifest, given)
     except PlanError as problem:
         raise PlanError(file.named_anew(str(problem))) from problem

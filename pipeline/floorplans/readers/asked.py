@@ -1,6 +1,7 @@
 """A reader with the options that a person gives: what has no effect is refused or remarked, never passed over.
 
-A scale for files that state another one is refused. Floors are selected by their names also where the reader does not
+A scale for a file that states another one is refused; in a folder it is meant for those files that state none, and the
+others remark it. Floors are selected by their names also where the reader does not
 part them; floors that are not there are refused where nothing is left, else remarked. Every other option that a
 reader does not use, and layers of doors without a door, are remarked.
 """
@@ -20,12 +21,16 @@ _SHOWN = 20  # names of floors
 _REFUSED = ("metres_per_unit", "levels")  # rather than remarked, where a reader does not use them
 
 
-def read_as_asked(path: Path, reader: Reader, options: ReadOptions) -> Iterator[FloorPlan | GridPlan | PlanError]:
+def read_as_asked(
+    path: Path, reader: Reader, options: ReadOptions, *, lone: bool = True
+) -> Iterator[FloorPlan | GridPlan | PlanError]:
     """Yield each plan in ``path`` that ``options`` select, with remarks on options without effect, or an error for it.
 
+    lone: the options were given for this very file, not for a folder of many.
+
     Raises:
-        PlanError: see `Reader.read`; the file states another scale than the one given; it has no plan, or none of the
-            floors asked for: names those that there are.
+        PlanError: see `Reader.read`; a lone file states another scale than the one given; it has no plan, or none of
+            the floors asked for: names those that there are.
     """
     said = (*say_unused(reader, options),)
     found = _on_levels(path, reader, options) if options.levels else reader.read(path, options)
@@ -35,9 +40,11 @@ def read_as_asked(path: Path, reader: Reader, options: ReadOptions) -> Iterator[
         if isinstance(plan, PlanError):
             yield plan
             continue
-        if "metres_per_unit" not in reader.uses and options.metres_per_unit is not None:
-            _check_scale(path, reader, plan, options.metres_per_unit)
-        yield replace(plan, remarks=(*plan.remarks, *_without_doors(plan, reader, options), *said))
+        wrong = _other_scale(reader, plan, options.metres_per_unit)
+        if wrong and lone:
+            raise PlanError(f"{path}: {wrong}. Leave it away, or correct the file.")
+        kept = (f"{wrong}, which holds",) if wrong else ()
+        yield replace(plan, remarks=(*plan.remarks, *_without_doors(plan, reader, options), *said, *kept))
     if not count:
         raise PlanError(f"{path}: {reader.name} finds no plan in it. Check the file.")
 
@@ -104,15 +111,14 @@ def _short(path: Path, plan: FloorPlan | GridPlan) -> str:
     return plan.floor.removeprefix(f"{path.stem}.")
 
 
-def _check_scale(path: Path, reader: Reader, plan: FloorPlan | GridPlan, asked: float) -> None:
-    """Refuse a scale other than the one that the file states."""
+def _other_scale(reader: Reader, plan: FloorPlan | GridPlan, asked: float | None) -> str:
+    """Return what is wrong with a scale beside the one that the file states; empty where nothing is."""
+    if asked is None or "metres_per_unit" in reader.uses:
+        return ""
     if isinstance(plan, GridPlan) and isclose(plan.resolution, asked, rel_tol=1e-6):
-        return
+        return ""
     stated = f"cells of {plan.resolution:g} m" if isinstance(plan, GridPlan) else "its own scale"
-    raise PlanError(
-        f"{path}: plans.read.metres_per_unit={asked:g} does not fit: a file of {reader.name} states {stated}. Leave it "
-        "away, or correct the file."
-    )
+    return f"plans.read.metres_per_unit={asked:g} does not fit: a file of {reader.name} states {stated}"
 
 
 def _without_doors(plan: FloorPlan | GridPlan, reader: Reader, options: ReadOptions) -> list[str]:

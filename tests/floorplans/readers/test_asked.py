@@ -3,11 +3,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.readers import READERS, ReadOptions, read_plan_file, read_plans, say_unused
 from pipeline.floorplans.readers.mit_campus_grids import MitCampusGrids
-from pipeline.floorplans.sources import lone_file
+from pipeline.floorplans.sources import lone_file, open_source
 from pipeline.floorplans.writers import WRITERS
 from tests.floorplans.samples import KNOWN, grid_plan, write_map, write_npz
 from tests.stages.plan_samples import SQUARE, files_in, run, write_home, write_houses
@@ -146,3 +147,19 @@ class Silent(MitCampusGrids):
 def test_a_file_without_a_plan_is_an_error(tmp_path):
     with pytest.raises(PlanError, match=r"7-1_3.npz: mit_campus_grids finds no plan in it"):
         list(read_plans(lone_file(write_npz(tmp_path / "7-1_3.npz")), Silent()))
+
+
+def test_in_a_folder_a_scale_is_for_the_files_that_state_none(tmp_path):
+    """A map in degrees and a picture without a scale: the picture takes it, the map says that its own one holds."""
+    write_building(tmp_path / "floor.geojson", "0")
+    picture = np.full((40, 60), 255, dtype=np.uint8)
+    picture[[0, -1]], picture[:, [0, -1]] = 0, 0
+    Image.fromarray(picture).save(tmp_path / "house.png")
+    readers = {"floor.geojson": READERS["indoor_geojson"], "house.png": READERS["raster_picture"]}
+    with open_source(tmp_path) as files:
+        plans = {f.name: next(iter(read_plans(f, readers[f.name], ReadOptions(metres_per_unit=0.1)))) for f in files}
+    assert plans["house.png"].resolution == 0.1
+    assert not any("metres_per_unit" in remark for remark in plans["house.png"].remarks)
+    assert any("states its own scale, which holds" in remark for remark in plans["floor.geojson"].remarks)
+    with open_source(tmp_path / "floor.geojson") as files, pytest.raises(PlanError, match="Leave it away"):
+        list(read_plans(files[0], READERS["indoor_geojson"], ReadOptions(metres_per_unit=0.1)))
