@@ -1,6 +1,7 @@
 """The network of learned subgoal planning (Stein et al. 2018, section 4) and how it is trained."""
 
-# Shapes: B batch, S steps, I inputs (260 for scans of 256 ranges), H hidden width of one layer, O raw outputs (3: logit of P_S, delta success,
+# Shapes: B batch, S steps, I inputs (260 for scans of 256 ranges), H hidden width of one layer, O raw outputs (3: logit
+#         of P_S, delta success,
 #         exploration), T regression targets (2: delta success, exploration), L losses (4: total, then one per output).
 #         A trailing digit is that many values. "scaled" is in units of the targets' own spread, "_m" in metres.
 
