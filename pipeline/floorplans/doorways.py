@@ -76,7 +76,7 @@ def _places(
 
 def _lines(shape: shapely.Geometry) -> shapely.Geometry:
     parts = shapely.get_parts(shape)
-    return shapely.multilinestrings([part for part in parts if isinstance(part, LineString)])
+    return shapely.MultiLineString([part for part in parts if isinstance(part, LineString)])
 
 
 def _square(x: float, y: float, along_x: float, along_y: float, width: float, depth: float) -> Polygon:

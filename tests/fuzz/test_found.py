@@ -7,11 +7,13 @@ import zipfile
 
 import numpy as np
 import pytest
+from shapely import LineString
 
 from pipeline.errors import PlanError
 from pipeline.floorplans import rooms
 from pipeline.floorplans.checks import inspect
 from pipeline.floorplans.readers import READERS, classify, ifc_cuts, read_plan_file
+from pipeline.floorplans.readers.dxf_doors import doorways
 from pipeline.floorplans.sources import lone_file, open_source
 from tests.fuzz.bombs import bomb_named
 from tests.fuzz.sample import CENTIMETRES, Sample, box, collection, feature, npz_bytes, zip_bytes
@@ -296,3 +298,9 @@ def test_a_floor_that_cannot_be_measured_is_said(tmp_path, monkeypatch):
 
     monkeypatch.setattr("pipeline.floorplans.checks.narrowest_opening", exhaust)
     assert "too tangled to be measured" in _refusal(tmp_path, "houseexpo", samples_of("houseexpo")[0])
+
+
+def test_a_door_smaller_than_the_last_digit_of_where_it_lies():
+    """At 10^17 m for each unit the touch of two lines is less than floating point tells apart, far from the origin."""
+    door = LineString([(1e9 + 0.25, 3.0), (1e9 + 0.75, 3.0)])
+    assert len(doorways([], [door], [], 1e17)) <= 1

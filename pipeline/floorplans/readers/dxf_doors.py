@@ -190,7 +190,9 @@ def doorways(
     for cluster in clusters:
         if spots is not None and shapely.distance(cluster, spots) <= touch:
             continue  # the leaf or the frame of a door whose arc has told the doorway
-        members = shapely.multilinestrings(shapes[tree.query(cluster, predicate="intersects")].tolist())
+        members = shapely.MultiLineString(shapes[tree.query(cluster, predicate="intersects")].tolist())
+        if members.is_empty:
+            continue  # beyond what floating point tells apart
         corners = shapely.get_coordinates(shapely.oriented_envelope(members))
         found.append(_middle_line(corners) if len(corners) >= 4 else LineString(corners))
     return found
@@ -205,7 +207,7 @@ class _Walls(NamedTuple):
     @classmethod
     def of(cls, walls: Sequence[BaseGeometry]) -> "_Walls":
         areas = [wall for wall in walls if wall.geom_type.endswith("Polygon")]
-        edges = shapely.multilinestrings(outlines(walls))
+        edges = shapely.MultiLineString(list(outlines(walls)))
         shapely.prepare(edges)
         return cls(edges, shapely.STRtree(areas))
 
