@@ -45,6 +45,16 @@ def _edited(reader: str, old: str, new: str, number: int = 0) -> Sample:
     return Sample(sample.files | {sample.main: text.replace(old, new, 1).encode()}, sample.main, sample.options)
 
 
+@pytest.mark.parametrize("where", ["a sheet", "an attribute"])
+def test_a_css_number_of_5000_digits_is_no_fault_of_the_reader(tmp_path, where):
+    said = f"stroke-width:{'9' * 5000}"
+    sheet, style = (f"<style>.Wall{{{said}}}</style>", "") if where == "a sheet" else ("", f' style="{said}"')
+    drawing = f'<svg xmlns="http://www.w3.org/2000/svg">{sheet}<path class="Wall"{style} d="M0 0h900v900h-900z"/></svg>'
+    path = tmp_path / "a.svg"
+    path.write_text(drawing)
+    assert examine("svg", path, CENTIMETRES, ("a.svg",))[2] == ""
+
+
 # Looking into a file of any kind, the reader of YAML parsed all of it
 
 

@@ -92,7 +92,7 @@ class _Sheet:
         """Read one sheet."""
         import tinycss2
 
-        pending = [tinycss2.parse_stylesheet(text, skip_comments=True, skip_whitespace=True)]
+        pending = [tinycss2.parse_stylesheet(_shortened(text), skip_comments=True, skip_whitespace=True)]
         while pending:
             for rule in pending.pop():
                 if rule.type == "qualified-rule":
@@ -249,7 +249,12 @@ def _matched(root: Element, sheet: _Sheet, name: str) -> dict[Element, list[int]
 def _declarations(text: str) -> _Said:
     import tinycss2
 
-    return _declared(tinycss2.parse_blocks_contents(text))[0]
+    return _declared(tinycss2.parse_blocks_contents(_shortened(text)))[0]
+
+
+def _shortened(text: str) -> str:
+    """Cut numbers that Python reads no integer from: past 400 digits they are infinite, or their end counts nothing."""
+    return re.sub(r"(\d{400})\d+", r"\1", text)
 
 
 def _declared(tokens: Sequence[Any]) -> tuple[_Said, int]:
