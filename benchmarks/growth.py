@@ -23,13 +23,13 @@ from benchmarks.conftest import machine
 from benchmarks.worlds import across, draw_generated, draw_maze, rooms
 from pipeline.floorplans.generators.guided_maze import MazeShape
 from pipeline.grids.beams import beam_tree
-from pipeline.grids.partial_map import unseen_map
+from pipeline.grids.partial_map import enter, unseen_map
 from pipeline.grids.raycast import scan
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.protocols import Planner
 from pipeline.planning.seen import Seen
 from pipeline.simulation.lidar import make_lidar
-from pipeline.simulation.trial import run_trial
+from pipeline.simulation.trial import Robot, run_trial
 from pipeline.systems.subgoals.perfect import PerfectEstimator
 from pipeline.systems.subgoals.planner import SubgoalPlanner
 
@@ -67,7 +67,7 @@ def by_area() -> Points:
                     if who == "optimistic"
                     else SubgoalPlanner(estimator=PerfectEstimator(trial.world))
                 )
-                episode = run_trial(*trial, planner, lidar=lidar, step_m=0.54, rng=np.random.default_rng(0))
+                episode = run_trial(*trial, planner, robot=Robot(lidar, step_m=0.54), rng=np.random.default_rng(0))
                 if place:  # the first one warms up
                     ms = 1e3 * episode.seconds / episode.steps
                     points.append({"planner": who, "cells": trial.world.blocked.size, "ms": ms})
@@ -82,7 +82,7 @@ def by_subgoals() -> Points:
         trial = draw_generated("campus", index, clutter_per_m2=0.12)
         for _ in range(1 if index else 2):  # the first one warms up
             timed = Timed(SubgoalPlanner(estimator=PerfectEstimator(trial.world), max_subgoals=12))
-            run_trial(*trial, timed, lidar=lidar, step_m=0.54, rng=np.random.default_rng(0))
+            run_trial(*trial, timed, robot=Robot(lidar, step_m=0.54), rng=np.random.default_rng(0))
         for seconds, subgoals in zip(timed.seconds, timed.subgoals, strict=True):
             found.setdefault(subgoals, []).append(1e3 * seconds)
     return [{"subgoals": count, "ms": median(ms), "decisions": len(ms)} for count, ms in sorted(found.items()) if count]
@@ -92,7 +92,7 @@ def by_beams() -> Points:
     """Return us for a scan and its way into the map, from 200 places of a drive through rooms."""
     trial = across(rooms(300, 500))
     lidar = make_lidar(beams=256, input_beams=256, max_range_m=18.0)
-    episode = run_trial(*trial, OptimisticPlanner(), lidar=lidar, step_m=0.54, rng=np.random.default_rng(0))
+    episode = run_trial(*trial, OptimisticPlanner(), robot=Robot(lidar, step_m=0.54), rng=np.random.default_rng(0))
     stands = [divmod(int(cell), trial.world.blocked.shape[1]) for cell in episode.path[::4]][:200]
     points = []
     for beams in (64, 128, 256, 512, 1024, 2048, 4096):
@@ -100,7 +100,8 @@ def by_beams() -> Points:
         for _ in range(7):
             map_, began = unseen_map(*trial.world.blocked.shape), time.perf_counter()
             for row, col in stands:
-                scan(trial.world.grid.cells, map_, row, col, tree, trial.world.disk)
+                _, seen, occupancy = scan(trial.world.grid.cells, row, col, tree, 0, beams)
+                enter(map_, seen, occupancy, trial.world.disk)
             times.append(1e6 * (time.perf_counter() - began) / len(stands))
         points.append({"beams": beams, "us": median(times)})
     return points

@@ -22,9 +22,7 @@ def train_for(setting: Setting, folder: Path, *, drives: int = 24, steps: int = 
         _, datums = harvest_trial(
             *trial,
             Origin(f"{index}", f"{index}", f"{index}", "bench", split, 0),
-            lidar=setting.lidar,
-            step_m=setting.step_m,
-            merge_m=setting.merge_m,
+            robot=setting.robot,
             weight_floor_m=1.0,
             rng=np.random.default_rng(index),
             map_views=setting.map_views,

@@ -34,8 +34,7 @@ def share_of_kernels(name: str, who: str) -> dict[str, float]:
 
     def drive_all() -> None:
         for trial in trials:
-            run_trial(*trial, planner(trial), lidar=setting.lidar, step_m=setting.step_m, merge_m=setting.merge_m,
-                      rng=np.random.default_rng(0))  # fmt: skip
+            run_trial(*trial, planner(trial), robot=setting.robot, rng=np.random.default_rng(0))  # fmt: skip
 
     drive_all()
     profile = cProfile.Profile()

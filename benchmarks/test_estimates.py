@@ -7,9 +7,10 @@ import pytest
 import torch
 
 from models.subgoals import SubgoalNet, SubgoalPredictor
-from pipeline.learning.weights import NetworkHeader, save_weights
+from pipeline.learning.weights import save_weights
 from pipeline.systems.subgoals.estimator import LearnedEstimator
 from pipeline.systems.subgoals.inputs import subgoal_inputs
+from pipeline.systems.subgoals.network_header import SUBGOAL_NETWORK, NetworkHeader
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +21,12 @@ def network(tmp_path_factory) -> tuple[SubgoalNet, LearnedEstimator]:
         inputs=260, hidden=(256, 128, 48, 16), dropout=0.5, input_frame="subgoal", target_scaling="standardise"
     )
     path: Path = tmp_path_factory.mktemp("network") / "network.safetensors"
-    save_weights(path, header, {name: value.numpy() for name, value in net.state_dict().items() if "num" not in name})
+    save_weights(
+        path,
+        SUBGOAL_NETWORK,
+        header,
+        {name: value.numpy() for name, value in net.state_dict().items() if "num" not in name},
+    )
     return net, LearnedEstimator.load(path)
 
 

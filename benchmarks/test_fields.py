@@ -15,7 +15,7 @@ from pipeline.grids.partial_map import CHANGES, UNSEEN
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.seen import Seen
 from pipeline.simulation.lidar import make_lidar
-from pipeline.simulation.trial import run_trial
+from pipeline.simulation.trial import Robot, run_trial
 
 Solver = Callable[[World, int], NDArray[np.float64]]
 WORLDS = {
@@ -143,7 +143,7 @@ def test_field_after_each_scan(benchmark, name: str, how: str) -> None:
     trial = draw_maze(0) if name.startswith("maze") else across(rooms(300, 500))
     recorder = Recorder()
     lidar = make_lidar(beams=256, input_beams=256, max_range_m=18.0)
-    run_trial(*trial, recorder, lidar=lidar, step_m=0.54, rng=np.random.default_rng(0))
+    run_trial(*trial, recorder, robot=Robot(lidar, step_m=0.54), rng=np.random.default_rng(0))
     shape, work = trial.world.blocked.shape, workspace_for(trial.world.blocked.size)
     fields: list[NDArray[np.float64]] = []
 

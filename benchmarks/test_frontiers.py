@@ -11,7 +11,7 @@ from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Surroundings
 from pipeline.simulation.lidar import make_lidar
-from pipeline.simulation.trial import run_trial
+from pipeline.simulation.trial import Robot, run_trial
 
 CROSS, SQUARE = generate_binary_structure(2, 1), np.ones((3, 3), dtype=bool)
 
@@ -101,7 +101,7 @@ def test_frontiers_after_each_scan(benchmark, name: str, way: str) -> None:
     benchmark.group = f"frontiers after a scan: {name}"
     trial = draw_maze(0) if name.startswith("maze") else across(rooms(300, 500))
     recorder, lidar = Recorder(), make_lidar(beams=256, input_beams=256, max_range_m=18.0)
-    run_trial(*trial, recorder, lidar=lidar, step_m=0.54, rng=np.random.default_rng(0))
+    run_trial(*trial, recorder, robot=Robot(lidar, step_m=0.54), rng=np.random.default_rng(0))
     found = benchmark.pedantic(WAYS[way], args=(recorder,), rounds=3, warmup_rounds=1)
     assert found == kept(recorder) > 0
     benchmark.extra_info |= {

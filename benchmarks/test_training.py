@@ -3,7 +3,6 @@
 Run alone by: python -m pytest -q -s -n 0 --benchmark-enable benchmarks/test_training.py
 """
 
-import dataclasses
 import json
 import subprocess
 import sys
@@ -15,19 +14,24 @@ from typing import Any
 import numpy as np
 import torch
 from lightning.pytorch import Callback, Trainer
-from omegaconf import DictConfig, OmegaConf
 
 from models.subgoals import Batch, SubgoalNet, subgoal_losses
 from pipeline.datums import DatumRows, shard_path, write_shard
-from pipeline.learning.examples import Examples
-from pipeline.learning.fit import FitSettings, fit, make_training
+from pipeline.files import sum_path
+from pipeline.learning.batches import Stride
+from pipeline.learning.fit import fit
+from pipeline.learning.rows import Rows
+from pipeline.learning.seeding import first_step_seed
 from pipeline.randomness import stream
-from pipeline.stages.train import TrainConfig, fit_settings, read_examples, train
+from pipeline.systems.subgoals.settings import TrainConfig
+from pipeline.systems.subgoals.training import fit_settings, make_training, read_examples, train
+from pipeline.systems.system import Job
 
 ROOT = Path(__file__).parents[1]
 STEPS = 3000
 ROWS = 300_000  # what the paper trains on
 TABLES = (50_000, 200_000, 800_000)
+NAMES = ("inputs", "leads", "targets_m", "weight")  # in the order of Batch
 _SHARD = 4000  # rows
 
 
@@ -37,33 +41,31 @@ class BareLoop(Callback):
     The two take turns so that whatever else the machine does slows both.
     """
 
-    def __init__(self, examples: Examples, settings: FitSettings) -> None:
-        self.examples, self.settings = examples, settings
-        self.net: SubgoalNet = make_training(examples, settings).net.train()
-        self.optimizer = torch.optim.Adam(self.net.parameters(), lr=settings.learning_rate, fused=True)
-        self.schedule = torch.optim.lr_scheduler.StepLR(self.optimizer, settings.decay_every, settings.decay)
-        self.first_seed = int(stream(settings.seed, "dropout").integers(2**62))
+    def __init__(self, rows: Rows, config: TrainConfig) -> None:
+        self.rows, self.config = rows, config
+        self.net: SubgoalNet = make_training(rows, config, 0).net.train()
+        self.optimizer = torch.optim.Adam(self.net.parameters(), lr=config.learning_rate, fused=True)
+        self.schedule = torch.optim.lr_scheduler.StepLR(self.optimizer, config.decay_every, config.decay)
+        self.first_seed = first_step_seed(0)
         self.done = 0
         self.order = torch.empty(0)
         self.seconds: list[tuple[float, float, int]] = []  # of Lightning, of the bare loop, for so many steps
 
     def run(self, until: int) -> None:
-        size, settings = self.settings.batch_size, self.settings
+        size, config = self.config.batch_size, self.config
         for step in range(self.done, until):
-            number, place = divmod(step, self.examples.count // size)
+            number, place = divmod(step, self.rows.count // size)
             if place == 0:
-                order = stream(settings.seed, "batches", number).permutation(self.examples.count)
-                self.order = torch.from_numpy(order)
-            rows = self.order[place * size : (place + 1) * size]
-            inputs, labels = self.examples.inputs.index_select(0, rows), self.examples.labels.index_select(0, rows)
-            batch = Batch(inputs, labels[:, 0], labels[:, 1:3], labels[:, 3])
+                self.order = torch.from_numpy(stream(0, "batches", number).permutation(self.rows.count))
+            index = self.order[place * size : (place + 1) * size]
+            batch = Batch(*(self.rows[name].index_select(0, index) for name in NAMES))
             torch.default_generator.manual_seed(self.first_seed + step)
             losses = subgoal_losses(
-                self.net(inputs),
+                self.net(batch.inputs_BI),
                 self.net.scale(batch.targets_m_BT),
                 batch,
-                success_weight=settings.success_weight,
-                exploration_weight=settings.exploration_weight,
+                success_weight=config.success_loss_weight,
+                exploration_weight=config.exploration_loss_weight,
             )
             self.optimizer.zero_grad()
             losses.total.backward()
@@ -74,9 +76,9 @@ class BareLoop(Callback):
     def on_train_start(self, *_: Any) -> None:
         self.since = time.perf_counter()
 
-    def on_train_batch_end(self, trainer: Trainer, *_: Any) -> None:
+    def on_train_batch_end(self, trainer: Trainer, module: Any, outputs: Any, batch: Stride, index: int) -> None:
         before, ours = self.done, time.perf_counter()
-        self.run(trainer.global_step)
+        self.run(batch.steps.stop)
         theirs = time.perf_counter()
         self.seconds.append((ours - self.since, theirs - ours, self.done - before))
         self.since = time.perf_counter()  # of the next stride; a look at validation comes first, if it is time
@@ -88,10 +90,12 @@ def test_lightning_beside_a_bare_loop(benchmark: Any, tmp_path: Path) -> None:
     source = tmp_path / "harvest" / "datums"
     examples = {split: read_examples(source, split, config, tmp_path) for split in ("train", "validation")}
     settings = fit_settings(config, seed=0)
-    bare = BareLoop(examples["train"], settings)
+    bare = BareLoop(examples["train"], config)
 
     def run() -> None:
-        fit(examples["train"], examples["validation"], settings, tmp_path / "fit", progress=False, callbacks=[bare])
+        training = make_training(examples["train"], config, 0)
+        seen = examples["train"], examples["validation"]
+        fit(training, *seen, settings, tmp_path / "fit", progress=False, callbacks=[bare])
 
     benchmark.pedantic(run, rounds=1)
     assert_same_bits(bare.net, tmp_path / "fit" / "last.ckpt")
@@ -147,7 +151,9 @@ def write_datums(artifacts: Path, rows: int) -> None:
         write_shard(shard, draw_rows(_SHARD, split, seed))
         folder.mkdir(parents=True, exist_ok=True)
         for _ in range(-(-count // _SHARD)):
-            shard_path(folder, index).symlink_to(shard)
+            link = shard_path(folder, index)
+            link.symlink_to(shard)
+            sum_path(link).write_text(sum_path(shard).read_text().replace(shard.name, link.name))
             index += 1
 
 
@@ -177,19 +183,9 @@ def draw_rows(count: int, split: str, seed: int) -> DatumRows:
     )
 
 
-def configuration(artifacts: Path) -> DictConfig:
-    """Return what the train stage reads, for a short training with the paper's network."""
-    keys = dataclasses.asdict(TrainConfig(steps=300, validate_every=150))
-    return OmegaConf.create(
-        {
-            "seed": 0,
-            "artifacts": str(artifacts),
-            "experiment_name": "benchmark",
-            "execution": {"workers": 1, "progress": False},
-            "tracking": {"enabled": False},
-            "train": keys,
-        }
-    )
+def job_of(artifacts: Path) -> Job:
+    """Return what the train stage hands over, for a short training with the paper's network."""
+    return Job(seed=0, artifacts=artifacts, sections={"train": TrainConfig(steps=300, validate_every=150)})
 
 
 def anonymous_mib() -> float:
@@ -209,10 +205,10 @@ def measure(artifacts: Path) -> dict[str, float]:
         while not over.wait(0.002):
             peak = max(peak, anonymous_mib())
 
-    watcher = threading.Thread(target=watch)
+    watcher = threading.Thread(target=watch, daemon=True)  # an error ends the process all the same
     watcher.start()
     since = time.perf_counter()
-    train(configuration(artifacts))
+    train(job_of(artifacts), logger=None, progress=False)
     seconds = time.perf_counter() - since
     over.set()
     watcher.join()

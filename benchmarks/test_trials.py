@@ -48,7 +48,7 @@ def prepared(request, tmp_path_factory) -> tuple[str, Setting, list[Trial], Lear
 
 def driver(who: str, setting: Setting, learned: LearnedEstimator) -> Callable[[Trial], Episode]:
     """Return what lets ``who`` drive one trial."""
-    common = {"lidar": setting.lidar, "step_m": setting.step_m, "merge_m": setting.merge_m}
+    common = {"robot": setting.robot}
 
     def planner(trial: Trial) -> Planner:
         if who == "optimistic":

@@ -19,7 +19,8 @@ from pipeline.grids.occupancy import OCCUPIED, Cell, OccupancyGrid, Point, cell_
 from pipeline.grids.rasterize import rasterize
 from pipeline.grids.sampling import sample_ends
 from pipeline.randomness import stream
-from pipeline.simulation.lidar import Lidar, make_lidar
+from pipeline.simulation.lidar import make_lidar
+from pipeline.simulation.trial import Robot
 from pipeline.simulation.world import World, make_world
 
 DATA = Path(os.environ.get("HINTERLAND_DATA", Path(__file__).parents[2] / "shared" / "data"))
@@ -37,15 +38,13 @@ class Trial(NamedTuple):
 class Setting(NamedTuple):
     """How robots drive in one environment.
 
-    draw: returns the trial of a number. lidar, step_m, merge_m: see ``run_trial``. max_subgoals, optimism: see
+    draw: returns the trial of a number. robot: see ``run_trial``. max_subgoals, optimism: see
     ``SubgoalPlanner``. map_views: what the network reads.
     """
 
     about: str
     draw: Callable[[int], Trial]
-    lidar: Lidar
-    step_m: float
-    merge_m: float = 0.0
+    robot: Robot
     max_subgoals: int = 12
     optimism: float = 0.0
     map_views: bool = False
@@ -126,26 +125,22 @@ def across(world: World) -> Trial:
     return Trial(world, Cell(*map(int, free[0])), Cell(*map(int, free[-1])))
 
 
-def _lidar(reach: float) -> Lidar:
-    return make_lidar(beams=1024, input_beams=256, max_range_m=reach)
+def _robot(reach: float, step_m: float = 0.54, merge_m: float = 0.0) -> Robot:
+    return Robot(make_lidar(beams=1024, input_beams=256, max_range_m=reach), step_m, merge_m)
 
 
 SETTINGS = {
-    "maze": Setting("guided mazes, 144 x 188 cells of 0.3 m, lidar 18 m", draw_maze, _lidar(18.0), 0.54),
+    "maze": Setting("guided mazes, 144 x 188 cells of 0.3 m, lidar 18 m", draw_maze, _robot(18.0)),
     "office": Setting(
         "generated offices, cells of 0.3 m, lidar 12 m, network reads the map",
         lambda index: draw_generated("office", index),
-        _lidar(12.0),
-        0.54,
-        merge_m=1.2,
+        _robot(12.0, merge_m=1.2),
         map_views=True,
     ),
     "campus": Setting(
         "generated campus floors with furniture, cells of 0.3 m, lidar 12 m, network reads the map",
         lambda index: draw_generated("campus", index, clutter_per_m2=0.08),
-        _lidar(12.0),
-        0.54,
-        merge_m=1.2,
+        _robot(12.0, merge_m=1.2),
         max_subgoals=8,
         optimism=1.0,
         map_views=True,
@@ -153,9 +148,7 @@ SETTINGS = {
     "floors": Setting(
         "real MIT floors, cells of 0.3 m, lidar 12 m, network reads the map",
         lambda index: draw_floor(index, 0.3, 0.15),
-        _lidar(12.0),
-        0.54,
-        merge_m=1.2,
+        _robot(12.0, merge_m=1.2),
         max_subgoals=8,
         optimism=1.0,
         map_views=True,
@@ -163,7 +156,6 @@ SETTINGS = {
     "fine floors": Setting(
         "real MIT floors as the reference drives them: cells of 0.1 m, lidar of 120 cells, a radius of 2.5 cells",
         lambda index: draw_floor(index, 0.1, 0.25),
-        _lidar(12.0),
-        0.18,
+        _robot(12.0, step_m=0.18),
     ),
 }

@@ -1,13 +1,12 @@
 """The network of learned subgoal planning (Stein et al. 2018, section 4) and how it is trained."""
 
-# Shapes: B batch, S steps, I inputs (260 for scans of 256 ranges), H hidden width of one layer, O raw outputs (3: logit
-#         of P_S, delta success,
-#         exploration), T regression targets (2: delta success, exploration), L losses (4: total, then one per output).
-#         A trailing digit is that many values. "scaled" is in units of the targets' own spread, "_m" in metres.
+# Shapes: B batch, I inputs (260 for scans of 256 ranges), H hidden width of one layer, O raw outputs (3: logit of P_S,
+#         delta success, exploration), T regression targets (2: delta success, exploration). A trailing digit is that
+#         many values. "scaled" is in units of the targets' own spread, "_m" in metres.
 
 # ruff: noqa: N803, N806, N815 - the capitals at the end of a name are its shape
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
@@ -18,6 +17,8 @@ from torch.nn import functional
 
 TargetScaling = Literal["standardise", "log"]
 
+_INPUTS_AT_ONCE = 8192  # rows whose hidden layers are in memory while validating, 8 MiB each
+
 
 class Batch(NamedTuple):
     """B labelled subgoals; a target that does not apply holds any finite number and is masked by ``leads_B``."""
@@ -26,6 +27,11 @@ class Batch(NamedTuple):
     leads_B: Tensor  # float32: 1 where the subgoal leads to the goal, else 0
     targets_m_BT: Tensor  # float32 [m]
     weight_B: Tensor  # float32: what this datum counts in the cross-entropy, 1 on average
+
+    @classmethod
+    def of(cls, rows: Mapping[str, Tensor]) -> "Batch":
+        """Return the batch of ``rows``: inputs, leads, targets_m and weight by name."""
+        return cls(rows["inputs"], rows["leads"], rows["targets_m"], rows["weight"])
 
 
 class Losses(NamedTuple):
@@ -165,11 +171,7 @@ def mean_losses(sums: LossSums, rows: int, *, success_weight: float, exploration
 
 
 class SubgoalTraining(LightningModule):
-    """Adam with a stepped decay on :func:`subgoal_losses`; nothing is logged per step, losses are kept instead.
-
-    Lightning hands over whole strides of steps, not batches: its loop around one step costs as much as half a step of
-    a network of this size. Within a stride this is a plain loop of torch (Lightning's manual optimization).
-    """
+    """Adam with a stepped decay on :func:`subgoal_losses`. Rows of a batch: see :meth:`Batch.of`."""
 
     def __init__(
         self,
@@ -183,51 +185,41 @@ class SubgoalTraining(LightningModule):
     ) -> None:
         """Train ``net``; the learning rate is multiplied by ``decay`` every ``decay_every`` steps."""
         super().__init__()
-        self.automatic_optimization = False
         self.net = net
         self.learning_rate, self.decay, self.decay_every = learning_rate, decay, decay_every
         self.success_weight, self.exploration_weight = success_weight, exploration_weight
-        self._kept: list[float] = []  # the losses of each step since the last call of take_mean_losses
 
-    def losses(self, batch: Batch) -> Losses:
-        """Return the losses of the network, in its present mode, on ``batch``."""
-        return subgoal_losses(
-            self.net(batch.inputs_BI),
-            self.net.scale(batch.targets_m_BT),
-            batch,
-            success_weight=self.success_weight,
-            exploration_weight=self.exploration_weight,
+    def losses(self, rows: Mapping[str, Tensor]) -> dict[str, Tensor]:
+        """Return the losses of the network, in its present mode, on ``rows``."""
+        batch = Batch.of(rows)
+        return _named(
+            subgoal_losses(
+                self.net(batch.inputs_BI),
+                self.net.scale(batch.targets_m_BT),
+                batch,
+                success_weight=self.success_weight,
+                exploration_weight=self.exploration_weight,
+            )
         )
 
-    def training_step(self, stride: Iterable[tuple[int, Batch]], _: int) -> None:
-        """Take one optimizer step with each batch of ``stride``; the number beside it seeds the step's dropout."""
-        optimizer, schedule = self.optimizers(use_pl_optimizer=False), self.lr_schedulers()
-        assert isinstance(optimizer, torch.optim.Optimizer)
-        assert isinstance(schedule, torch.optim.lr_scheduler.LRScheduler)
-        # What Lightning's own wrapper of the optimizer counts with, and what `trainer.global_step` reads.
-        counted = self.trainer.fit_loop.epoch_loop.manual_optimization.optim_step_progress
-        taken = []
-        for seed, batch in stride:
-            seed_dropout(seed, self.device)
-            losses = self.losses(batch)
-            optimizer.zero_grad()
-            torch.autograd.backward(losses.total)
-            optimizer.step()
-            schedule.step()
-            counted.increment_completed()
-            taken.append(losses)
-        self.keep(taken)
+    def training_step(self, rows: Mapping[str, Tensor], _: int) -> dict[str, Tensor]:
+        """Return the losses of a batch."""
+        return self.losses(rows)
 
-    def keep(self, taken: Sequence[Losses]) -> None:
-        """Remember the losses of some steps for :meth:`take_mean_losses`."""
-        self._kept += torch.stack([part.detach() for losses in taken for part in losses]).tolist()
-
-    def take_mean_losses(self) -> list[float]:
-        """Return the mean of each of :class:`Losses` over the steps since the last call, and start anew."""
-        kept_SL = torch.tensor(self._kept, dtype=torch.float64).view(-1, len(Losses._fields))
-        self._kept = []
-        means_L: list[float] = kept_SL.mean(dim=0).tolist()
-        return means_L
+    def validate(self, blocks: Iterable[Mapping[str, Tensor]]) -> dict[str, float]:
+        """Return the losses over all rows of ``blocks``, as one batch would have them: a target counts its own rows."""
+        count, sums = 0, []
+        for block in blocks:
+            batch = Batch.of(block)
+            raw_BO = torch.cat([self.net(inputs) for inputs in torch.split(batch.inputs_BI, _INPUTS_AT_ONCE)])
+            sums.append(loss_sums(raw_BO, self.net.scale(batch.targets_m_BT), batch))
+            count += len(raw_BO)
+        # Within a block in float32, as in a training batch; from block to block in float64.
+        joined = (torch.stack(parts).cpu().double().sum(dim=0).float() for parts in zip(*sums, strict=True))
+        losses = mean_losses(
+            LossSums(*joined), count, success_weight=self.success_weight, exploration_weight=self.exploration_weight
+        )
+        return {name: float(value) for name, value in _named(losses).items()}
 
     def configure_optimizers(self) -> dict[str, object]:  # type: ignore[override]  # Lightning's own union of dicts
         """Return Adam with default betas and its stepped decay."""
@@ -236,9 +228,11 @@ class SubgoalTraining(LightningModule):
         return {"optimizer": optimizer, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}
 
 
-def seed_dropout(seed: int, device: torch.device) -> None:
-    """Make what is drawn next on ``device`` a function of ``seed``."""
-    # torch.manual_seed would queue a stack trace for each kind of device at every step, and keep them all.
-    torch.default_generator.manual_seed(seed)
-    if device.type == "cuda":
-        torch.cuda.manual_seed(seed)
+def _named(losses: Losses) -> dict[str, Tensor]:
+    """Return the losses by the names that the curves show; "loss" is what is minimised."""
+    return {
+        "loss": losses.total,
+        "weighted_cross_entropy": losses.success,
+        "delta_success_error": losses.delta_success,
+        "exploration_error": losses.exploration,
+    }

@@ -25,6 +25,14 @@ class PlannerError(TrialError):
     """A planner or an estimator answered what no robot could do or no building could be; its trial is worth nothing."""
 
 
+class RobotError(TrialError):
+    """A sensor, mapper or motion reported what is not so; its trial is worth nothing."""
+
+
+class PartError(HinterlandError):
+    """A part that the configuration names (a planner, an estimator, a network) fails or is of another kind."""
+
+
 def printable(text: str) -> str:
     r"""Return ``text`` with what would move a cursor, turn writing around or break a line as ``\x1b``, ``\n`` ...
 

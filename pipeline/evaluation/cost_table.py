@@ -1,28 +1,21 @@
 """The cost table in plain text: what a run prints at its end."""
 
+from collections.abc import Mapping
 from textwrap import wrap
 from typing import Any
 
-from pipeline.evaluation.trials import BASELINE, REACHED
-
 NOT_FORMED = "-"
-TITLES = {
-    BASELINE: "optimistic",
-    "learned": "learned",
-    "perfect": "perfect estimates",
-    "known_map": "known map",
-}
 _HEADER = (
-    "planner", "reached", "cost [m]", "ratio", "95 % interval", "trimmed", "RANSAC line", "median", "mean", "lost",
+    "competitor", "finished", "cost [m]", "ratio", "95 % interval", "trimmed", "RANSAC line", "median", "mean", "lost",
     "lost > 10 %", "ms/step",
 )  # fmt: skip
 
 
 def format_cost_table(summary: dict[str, Any]) -> str:
     """Return the cost table of ``summary`` as aligned text, the bounds beneath a rule, about 130 columns wide."""
-    planners = summary["planners"]
-    ranked = [_row(name, planner) for name, planner in planners.items() if not planner["bound"]]
-    bounds = [_row(name, planner) for name, planner in planners.items() if planner["bound"]]
+    drives = summary["competitors"].values()
+    ranked = [_row(found) for found in drives if not found["bound"]]
+    bounds = [_row(found) for found in drives if found["bound"]]
     widths = [max(len(row[i]) for row in (_HEADER, *ranked, *bounds)) for i in range(len(_HEADER))]
     rule = "-" * (sum(widths) + 2 * (len(widths) - 1))
     lines = [_align(_HEADER, widths), rule, *(_align(row, widths) for row in ranked)]
@@ -32,9 +25,14 @@ def format_cost_table(summary: dict[str, Any]) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def title_of(planner: str) -> str:
-    """Return the planner's name in words."""
-    return TITLES.get(planner, planner.replace("_", " "))
+def title_of(summary: Mapping[str, Any], name: str | None) -> str:
+    """Return the title of the competitor ``name``."""
+    return str(summary["competitors"][name]["title"]) if name in summary["competitors"] else str(name)
+
+
+def baseline_title(summary: Mapping[str, Any]) -> str:
+    """Return the title of the competitor with which the others are compared."""
+    return title_of(summary, summary["settings"]["baseline"])
 
 
 def interval_text(interval: list[float] | None) -> str:
@@ -67,21 +65,21 @@ def table_notes(summary: dict[str, Any]) -> list[str]:
     the intervals would be if the trials of one building were independent.
     """
     notes = list(summary["remarks"])
-    ours = {name: planner for name, planner in summary["planners"].items() if name != BASELINE}
-    for name, planner in ours.items():
-        reasons = [f"{count} x {reason}" for reason, count in planner["excluded"].items()]
+    ours = [found for name, found in summary["competitors"].items() if name != summary["settings"]["baseline"]]
+    for found in ours:
+        reasons = [f"{count} x {reason}" for reason, count in found["excluded"].items()]
         if reasons:
-            left = sum(planner["excluded"].values())
+            left = sum(found["excluded"].values())
             notes.append(
-                f"{title_of(name)}: {left} of {summary['trials']} trials give no ratio ({', '.join(reasons)})."
+                f"{found['title']}: {left} of {summary['trials']} trials give no ratio ({', '.join(reasons)})."
             )
-    for reason in dict.fromkeys(planner["interval_reason"] for planner in ours.values() if planner["interval_reason"]):
-        named = ", ".join(title_of(name) for name, planner in ours.items() if planner["interval_reason"] == reason)
+    for reason in dict.fromkeys(found["interval_reason"] for found in ours if found["interval_reason"]):
+        named = ", ".join(found["title"] for found in ours if found["interval_reason"] == reason)
         notes.append(f"{named}: no interval over buildings, because {reason}.")
     apart = [
-        f"{title_of(name)} {interval_text(planner['total_ratio_interval_trials'])}"
-        for name, planner in ours.items()
-        if planner["total_ratio_interval_trials"] not in (None, planner["total_ratio_interval"])
+        f"{found['title']} {interval_text(found['total_ratio_interval_trials'])}"
+        for found in ours
+        if found["total_ratio_interval_trials"] not in (None, found["total_ratio_interval"])
     ]
     if apart:
         notes.append(
@@ -90,20 +88,20 @@ def table_notes(summary: dict[str, Any]) -> list[str]:
     return notes
 
 
-def _row(name: str, planner: dict[str, Any]) -> tuple[str, ...]:
+def _row(found: dict[str, Any]) -> tuple[str, ...]:
     return (
-        title_of(name),
-        f"{planner['endings'][REACHED]}/{planner['trials']}",
-        number_text(planner["total_cost_m"], 0),
-        number_text(planner["total_ratio"]),
-        interval_text(planner["total_ratio_interval"]),
-        number_text(planner["trimmed_slope"]),
-        line_text(planner["ransac_slope"], planner["ransac_intercept_m"]),
-        number_text(planner["median_ratio"]),
-        number_text(planner["mean_ratio"]),
-        share_text(planner["lost_share"]),
-        share_text(planner["clearly_lost_share"]),
-        number_text(planner["ms_per_step"], 2),
+        found["title"],
+        f"{found['finished']}/{found['trials']}",
+        number_text(found["total_cost_m"], 0),
+        number_text(found["total_ratio"]),
+        interval_text(found["total_ratio_interval"]),
+        number_text(found["trimmed_slope"]),
+        line_text(found["ransac_slope"], found["ransac_intercept_m"]),
+        number_text(found["median_ratio"]),
+        number_text(found["mean_ratio"]),
+        share_text(found["lost_share"]),
+        share_text(found["clearly_lost_share"]),
+        number_text(found["ms_per_step"], 2),
     )
 
 
@@ -114,13 +112,13 @@ def _align(row: tuple[str, ...], widths: list[int]) -> str:
 
 
 def _notes(summary: dict[str, Any]) -> list[str]:
-    where = ", ".join(summary["environments"]) or "no environment"
+    where, baseline = ", ".join(summary["environments"]) or "no environment", baseline_title(summary)
     return [
-        f"{summary['trials']} trials ({where}), the same for every planner. ratio: total cost over that of optimistic, "
+        f"{summary['trials']} trials ({where}), the same for all. ratio: total cost over that of {baseline}, "
         f"with its bootstrap interval over buildings ({_buildings(summary)}). trimmed: slope of the line through the "
         "origin to which 95 % of the trials are closest. RANSAC line: with an intercept, as in the authors' code, "
         f"within {summary['settings']['ransac_threshold_m']:g} m. median, mean: of the ratios of single trials. lost: "
-        "share of trials dearer than optimistic.",
+        f"share of trials dearer than {baseline}.",
         *table_notes(summary),
     ]
 

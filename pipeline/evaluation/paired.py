@@ -1,4 +1,4 @@
-"""Costs of two planners on the same trials, side by side; what cannot be compared is counted, never just dropped."""
+"""Costs of two competitors on the same trials, side by side; what cannot be compared is counted, never just dropped."""
 
 from collections import Counter
 from typing import NamedTuple
@@ -7,13 +7,14 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from pipeline.evaluation.trials import BASELINE, REACHED, TrialRow, trial_rows
+from pipeline.evaluation.competitors import Role
+from pipeline.evaluation.trials import FINISHED, TrialRow, trial_rows
 
 Costs = NDArray[np.float64]
 
 
 class PairedCosts(NamedTuple):
-    """Costs of a planner and of the baseline on the trials that both finished.
+    """Costs of a competitor and of the baseline on the trials that both finished.
 
     trial_ids, buildings: [n], in the order of trial_id. baseline_m, ours_m: [n] distance travelled [m], positive.
     excluded: reason in words -> number of trials for which no ratio can be formed.
@@ -26,19 +27,20 @@ class PairedCosts(NamedTuple):
     excluded: dict[str, int]
 
 
-def pair_costs(trials: pa.Table, planner: str, *, baseline: str = BASELINE) -> PairedCosts:
-    """Pair ``planner`` with ``baseline`` by trial_id.
+def pair_costs(trials: pa.Table, competitor: str) -> PairedCosts:
+    """Pair ``competitor`` with the one in the role baseline by trial_id.
 
-    A pair is formed only where both ended "reached" and travelled more than 0 m: the cost of an unreachable or cut
-    off trial is no more than a lower bound. Every other trial of either planner is counted in ``excluded``.
+    A pair is formed only where both finished and paid more than 0 m: the cost of an unreachable or cut off trial is no
+    more than a lower bound. Every other trial of either is counted in ``excluded``.
     """
     rows = trial_rows(trials)
-    theirs = {row.trial_id: row for row in rows if row.planner == baseline}
-    ours = {row.trial_id: row for row in rows if row.planner == planner}
+    theirs = {row.trial_id: row for row in rows if row.role == Role.baseline}
+    ours = {row.trial_id: row for row in rows if row.competitor == competitor}
+    baseline = next((row.competitor for row in theirs.values()), str(Role.baseline))
     excluded: Counter[str] = Counter()
     kept: list[tuple[TrialRow, TrialRow]] = []
     for trial_id in sorted(theirs.keys() | ours.keys()):
-        reason = _obstacle(theirs.get(trial_id), ours.get(trial_id), planner, baseline)
+        reason = _obstacle(theirs.get(trial_id), ours.get(trial_id), competitor, baseline)
         if reason:
             excluded[reason] += 1
         else:
@@ -65,12 +67,12 @@ def restrict(paired: PairedCosts, building: str) -> PairedCosts:
     )
 
 
-def _obstacle(theirs: TrialRow | None, ours: TrialRow | None, planner: str, baseline: str) -> str:
+def _obstacle(theirs: TrialRow | None, ours: TrialRow | None, competitor: str, baseline: str) -> str:
     """Return why no ratio can be formed, empty where it can."""
-    for row, name in ((theirs, baseline), (ours, planner)):
+    for row, name in ((theirs, baseline), (ours, competitor)):
         if row is None:
             return f"{name} did not drive this trial"
-        if row.ending != REACHED:
+        if row.ending not in FINISHED:
             return f"{name} ended {row.ending}"
         if row.cost_m <= 0.0:
             return f"{name} travelled 0 m"

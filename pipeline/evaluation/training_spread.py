@@ -5,15 +5,17 @@ from statistics import mean, stdev
 from typing import Any
 
 from pipeline.errors import TableError
+from pipeline.evaluation.competitors import Role
 from pipeline.evaluation.cost_table import interval_text, line_text, number_text, share_text
-from pipeline.evaluation.trials import BASELINE, LEARNED
 
 _HEADER = ("train.seed", "ratio", "95 % interval", "trimmed", "RANSAC line", "median", "lost")
 _NUMBERS = ("total_ratio", None, "trimmed_slope", "ransac_slope", "median_ratio", "lost_share")
 
 
 def training_spread(summaries: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return a table of the learned planner: one row for each run (name -> its summary.json), then mean, spread, range.
+    """Return a table of the first candidate that has a network, then mean, spread and range over the runs.
+
+    One row is one run, ``summaries``: its name -> its summary.json.
 
     Raises TableError for fewer than two runs, two of one training seed, or runs that did not drive the same trials.
     """
@@ -21,7 +23,7 @@ def training_spread(summaries: Mapping[str, Mapping[str, Any]]) -> str:
         raise TableError("a spread needs the summary.json of at least two runs: give one for each train.seed.")
     seeds = {_seed(name, summary): name for name, summary in summaries.items()}
     _check(summaries, seeds)
-    ordered = [(seed, summaries[seeds[seed]]["planners"][LEARNED]) for seed in sorted(seeds)]
+    ordered = [(seed, _trained(summaries[seeds[seed]])) for seed in sorted(seeds)]
     rows = [_HEADER, *(_row(str(seed), planner) for seed, planner in ordered)]
     found = [[planner[key] for _, planner in ordered] if key else [] for key in _NUMBERS]
     for title, one in (("mean", mean), ("std. dev.", stdev), ("least", min), ("most", max)):
@@ -34,13 +36,19 @@ def training_spread(summaries: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _seed(name: str, summary: Mapping[str, Any]) -> int:
-    seed = (summary.get("network") or {}).get("train.seed")
-    if not isinstance(seed, int) or LEARNED not in summary.get("planners", {}):
+    seed = (_trained(summary).get("made_with") or {}).get("train.seed")
+    if not isinstance(seed, int):
         raise TableError(
-            f"{name}: does not say the train.seed of a learned planner, expected the summary.json of an evaluate stage "
-            "with evaluate.planners=[optimistic,learned]: run `dvc repro train evaluate`."
+            f"{name}: does not say the train.seed of a candidate, expected the summary.json of an evaluate stage with "
+            "a candidate that drives with a network: run `dvc repro train evaluate`."
         )
     return seed
+
+
+def _trained(summary: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the first candidate that says what its network was made with, empty where there is none."""
+    competitors = sorted(summary.get("competitors", {}).values(), key=lambda found: int(found["place"]))
+    return next((found for found in competitors if found["role"] == Role.candidate and found["made_with"]), {})
 
 
 def _check(summaries: Mapping[str, Mapping[str, Any]], seeds: Mapping[int, str]) -> None:
@@ -53,7 +61,7 @@ def _check(summaries: Mapping[str, Mapping[str, Any]], seeds: Mapping[int, str])
         for what, ours, theirs in (
             ("seed", summaries[name]["seed"], summaries[first]["seed"]),
             ("trials", summaries[name]["trials"], summaries[first]["trials"]),
-            ("cost of optimistic [m]", *(_baseline(summaries[run]) for run in (name, first))),
+            ("cost of the baseline [m]", *(_baseline(summaries[run]) for run in (name, first))),
         ):
             if ours != theirs:
                 raise TableError(
@@ -62,7 +70,7 @@ def _check(summaries: Mapping[str, Mapping[str, Any]], seeds: Mapping[int, str])
 
 
 def _baseline(summary: Mapping[str, Any]) -> Any:
-    return summary["planners"][BASELINE]["total_cost_m"]
+    return summary["competitors"][summary["settings"]["baseline"]]["total_cost_m"]
 
 
 def _row(title: str, planner: Mapping[str, Any]) -> tuple[str, ...]:

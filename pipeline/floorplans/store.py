@@ -9,17 +9,16 @@ import numpy as np
 import pyarrow as pa
 import shapely
 
-from pipeline.files import write_table
 from pipeline.floorplans.checks import Checked, PlanReport
 from pipeline.floorplans.plan import Bounds, Door, FloorPlan, GridPlan, Layer, Location, Room
-from pipeline.tables import column, read_table, table_schema
+from pipeline.tables import Table, column
 
 _DOOR = pa.struct([("x", pa.float64()), ("y", pa.float64()), ("width", pa.float64()), ("leaf", pa.bool_())])
 _ROOM = pa.struct([("outline_wkb", pa.binary()), ("label", pa.string())])
 _LABEL = pa.struct([("value", pa.uint16()), ("label", pa.string())])
 _LAYER = pa.struct([("name", pa.string()), ("values", pa.binary()), ("labels", pa.list_(_LABEL))])
 
-PLANS = table_schema(
+PLANS = Table(
     "plans",
     2,
     [
@@ -52,13 +51,14 @@ PLANS = table_schema(
         column("warnings", pa.list_(pa.string())),
         column("source", pa.string()),
     ],
+    stage="plans",
 )
 
 
 def write_plans(path: Path, plans: Iterable[Checked]) -> None:
     """Write checked plans as one parquet table, atomically."""
     rows = [_row(plan, report) for plan, report in plans]
-    write_table(path, pa.Table.from_pylist(rows, schema=PLANS))
+    PLANS.write(path, pa.Table.from_pylist(rows, schema=PLANS.schema))
 
 
 def read_plans(path: Path) -> list[Checked]:
@@ -67,7 +67,7 @@ def read_plans(path: Path) -> list[Checked]:
     Raises:
         TableError: missing, unreadable, or written by another version.
     """
-    return [Checked(_plan(row), _report(row)) for row in read_table(path, PLANS, stage="plans").to_pylist()]
+    return [Checked(_plan(row), _report(row)) for row in PLANS.read(path).to_pylist()]
 
 
 def _row(plan: FloorPlan | GridPlan, report: PlanReport) -> dict[str, Any]:

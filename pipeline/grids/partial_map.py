@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from pipeline.grids.occupancy import OCCUPIED, UNKNOWN, Cells
+from pipeline.grids.occupancy import FREE, OCCUPIED, UNKNOWN, Cells
 
 CLEAR = 0
 UNSEEN = 1
@@ -78,3 +78,28 @@ def enter_obstacle(map_: PartialMap, cell: int, disk: NDArray[np.int32]) -> None
             map_.status[r, c] = BLOCKED
             map_.changes[map_.written[CHANGES]] = r * cols + c
             map_.written[CHANGES] += 1
+
+
+@njit(cache=True, nogil=True)
+def enter(map_: PartialMap, cells: NDArray[np.int32], occupancy: Cells, disk: NDArray[np.int32]) -> int:
+    """Write into the map what was seen of the flat ``cells`` [k], FREE or OCCUPIED; return how many are new to it.
+
+    disk: as in ``enter_obstacle``. What is known already stays as it was seen.
+    """
+    seen, room = map_.known.ravel(), map_.status.ravel()
+    fresh = 0
+    for k in range(cells.size):
+        cell = cells[k]
+        was = seen[cell]
+        if occupancy[k] != FREE:
+            if was != OCCUPIED:
+                fresh += 1
+                enter_obstacle(map_, cell, disk)
+        elif was == UNKNOWN:
+            fresh += 1
+            seen[cell] = FREE
+            if room[cell] == UNSEEN:
+                room[cell] = CLEAR
+                map_.changes[map_.written[CHANGES]] = cell
+                map_.written[CHANGES] += 1
+    return fresh

@@ -1,25 +1,34 @@
 """The tables of the rasterize stage: grids.parquet, one row per plan, and pairs.parquet, one row per start and goal."""
 
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
+from numpy.typing import NDArray
 
 from pipeline.errors import TableError
-from pipeline.files import write_table
 from pipeline.grids.occupancy import Cell, OccupancyGrid, Point
 from pipeline.grids.splits import SPLITS
-from pipeline.tables import column, read_table, table_schema
+from pipeline.tables import Table, column
 
 _IDENTITY = [column(name, pa.string()) for name in ("plan_id", "building", "environment", "split")]
 
-GRIDS = table_schema(
+_LAYER = pa.struct([pa.field("name", pa.string()), pa.field("dtype", pa.string()), pa.field("values", pa.binary())])
+
+
+def _without_layers(table: pa.Table) -> pa.Table:
+    """Return a table of version 2 as one of version 3, whose plans say nothing but their occupancy."""
+    return table.append_column("layers", pa.array([[]] * table.num_rows, pa.list_(_LAYER)))
+
+
+GRIDS = Table(
     "grids",
-    2,
+    3,
     [
         *_IDENTITY,
         column("rows", pa.int32()),
@@ -31,10 +40,13 @@ GRIDS = table_schema(
         column("robot_radius_m", pa.float64(), unit="m"),
         column("reachable_m2", pa.float64(), unit="m2"),
         column("lost_m2", pa.float64(), unit="m2"),
+        column("layers", pa.list_(_LAYER), frame="row 0 = lowest y"),
     ],
+    stage="rasterize",
+    earlier={2: _without_layers},
 )
 
-PAIRS = table_schema(
+PAIRS = Table(
     "pairs",
     1,
     [
@@ -43,6 +55,7 @@ PAIRS = table_schema(
         *(column(name, pa.int32(), unit="cell") for name in ("start_row", "start_col", "goal_row", "goal_col")),
         column("known_map_m", pa.float64(), unit="m"),
     ],
+    stage="rasterize",
 )
 
 
@@ -51,6 +64,7 @@ class GridRecord(NamedTuple):
 
     reachable_m2: what a robot of that radius reaches on the plan; lost_m2: what of it is lost on these cells; see
     `pipeline.grids.lost_area`.
+    layers: what else the plan says of each cell, by name: [rows, cols], of any number type.
     """
 
     plan_id: str
@@ -61,6 +75,7 @@ class GridRecord(NamedTuple):
     robot_radius_m: float
     reachable_m2: float = 0.0
     lost_m2: float = 0.0
+    layers: Mapping[str, NDArray[Any]] = MappingProxyType({})
 
 
 class PackedWorld(NamedTuple):
@@ -82,6 +97,7 @@ class PackedWorld(NamedTuple):
             robot_radius_m=row["robot_radius_m"],
             reachable_m2=row["reachable_m2"],
             lost_m2=row["lost_m2"],
+            layers={layer["name"]: _layer(layer, cells.shape) for layer in row["layers"]},
         )
 
 
@@ -101,14 +117,14 @@ class Pair(NamedTuple):
 def write_worlds(folder: Path, records: Iterable[GridRecord]) -> Path:
     """Write folder/grids.parquet atomically and return its path."""
     path = folder / "grids.parquet"
-    write_table(path, pa.Table.from_pylist([_grid_row(record) for record in records], schema=GRIDS))
+    GRIDS.write(path, pa.Table.from_pylist([_grid_row(record) for record in records], schema=GRIDS.schema))
     return path
 
 
 def write_pairs(folder: Path, pairs: Iterable[Pair]) -> Path:
     """Write folder/pairs.parquet atomically and return its path."""
     path = folder / "pairs.parquet"
-    write_table(path, pa.Table.from_pylist([_pair_row(pair) for pair in pairs], schema=PAIRS))
+    PAIRS.write(path, pa.Table.from_pylist([_pair_row(pair) for pair in pairs], schema=PAIRS.schema))
     return path
 
 
@@ -123,7 +139,7 @@ def read_packed_worlds(
         TableError: the table is missing, unreadable, of another version or made for another robot.
     """
     path = folder / "grids.parquet"
-    rows = _rows_of(read_table(path, GRIDS, stage="rasterize"), split)
+    rows = _rows_of(GRIDS.read(path), split)
     for row in rows:
         if robot_radius_m is not None and row["robot_radius_m"] != robot_radius_m:
             raise TableError(
@@ -132,6 +148,13 @@ def read_packed_worlds(
                 f"`dvc repro rasterize` with this radius, or set robot.radius_m={row['robot_radius_m']}."
             )
     return [PackedWorld(row["plan_id"], row) for row in rows]
+
+
+def grid_resolution(folder: Path) -> float | list[float]:
+    """Return the side of a cell [m] of the maps in the table, all sides where they differ. Raises as the readers do."""
+    table = GRIDS.read(folder / "grids.parquet")
+    found = sorted(pc.unique(table["resolution_m"]).to_pylist())
+    return float(found[0]) if len(found) == 1 else [float(side) for side in found]
 
 
 def read_worlds(folder: Path, split: str | None = None) -> list[GridRecord]:
@@ -145,7 +168,7 @@ def read_pairs(folder: Path, split: str | None = None) -> list[Pair]:
     Raises:
         TableError: the table is missing, unreadable or of another version.
     """
-    table = read_table(folder / "pairs.parquet", PAIRS, stage="rasterize")
+    table = PAIRS.read(folder / "pairs.parquet")
     return [_pair(row) for row in _rows_of(table, split)]
 
 
@@ -169,7 +192,16 @@ def _grid_row(record: GridRecord) -> dict[str, Any]:
         "origin_x_m": record.grid.origin.x,
         "origin_y_m": record.grid.origin.y,
         "cells": zlib.compress(record.grid.cells.tobytes()),
+        "layers": [
+            {"name": name, "dtype": values.dtype.str, "values": zlib.compress(np.ascontiguousarray(values).tobytes())}
+            for name, values in sorted(record.layers.items())
+        ],
     }
+
+
+def _layer(packed: dict[str, Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    values: NDArray[Any] = np.frombuffer(zlib.decompress(packed["values"]), dtype=packed["dtype"]).reshape(shape)
+    return values
 
 
 def _pair_row(pair: Pair) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """The training batches: which rows each holds depends on nothing but the seed and the step."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Self
@@ -8,40 +8,41 @@ from typing import Self
 import torch
 from torch import Tensor
 
-from models.subgoals import Batch
-from pipeline.learning.examples import Examples
+from pipeline.learning.rows import Rows
 from pipeline.learning.scratch import Spool, row_blocks
+from pipeline.learning.seeding import first_step_seed
 from pipeline.randomness import stream
-
-_STRIDE = 100  # steps between two moments at which Lightning may act: its hooks cost about as much as a step
 
 
 @dataclass(frozen=True, kw_only=True)
 class Batches:
-    """What Lightning iterates over: strides of training steps, from the present one to the last.
+    """What Lightning iterates over, from step ``first`` on: one batch, or where ``stride`` > 1 many steps at once.
 
-    A stride ends where one would look at validation, every ``look_every`` steps, and after the last step. ``step`` is
-    asked at the start of each iteration, so a resumed training takes up where it stopped. ``scratch``: the folder for
-    the order of the rows.
+    A stride ends where one would look at validation, every ``look_every`` steps, and after the last of ``steps``.
+    Batches go on beyond that: to end is for the one who counts the steps, and an end here would be Lightning's end of
+    an epoch. scratch: the folder for the order of the rows.
     """
 
-    examples: Examples
+    rows: Rows
     batch_size: int
     seed: int
+    first: int
     steps: int
     look_every: int
+    stride: int
     scratch: Path
-    step: Callable[[], int]
 
-    def __iter__(self) -> Iterator["Stride"]:
-        """Yield the strides; none once ``steps`` are done."""
-        passes = Passes(self.examples.count, self.batch_size, self.seed, self.scratch)
-        first_seed = int(stream(self.seed, "dropout").integers(2**62))
-        first = self.step()
-        while first < self.steps:
+    def __iter__(self) -> Iterator["dict[str, Tensor] | Stride"]:
+        """Yield batches, or strides of them, without end."""
+        passes = Passes(self.rows.count, self.batch_size, self.seed, self.scratch)
+        seed, first = first_step_seed(self.seed), self.first
+        while self.stride == 1:
+            yield self.rows.batch(passes.rows(first), torch.device("cpu"))
+            first += 1
+        while True:
             look = (first // self.look_every + 1) * self.look_every
-            last = min(first + _STRIDE, look, self.steps)
-            yield Stride(self.examples, passes, first_seed, range(first, last))
+            last = min(first + self.stride, look, self.steps if first < self.steps else look)
+            yield Stride(self.rows, passes, seed, range(first, last))
             first = last
 
 
@@ -49,7 +50,7 @@ class Batches:
 class Stride:
     """Consecutive training steps; each batch is gathered when its turn comes."""
 
-    examples: Examples
+    rows: Rows
     passes: "Passes"
     first_seed: int
     steps: range
@@ -59,14 +60,14 @@ class Stride:
         """Return the same stride with batches on ``device``: how Lightning moves any batch."""
         return replace(self, device=device)
 
-    def __iter__(self) -> Iterator[tuple[int, Batch]]:
-        """Yield for each step the seed of its dropout and its batch."""
+    def __iter__(self) -> Iterator[tuple[int, dict[str, Tensor]]]:
+        """Yield for each step the seed of what it draws and its batch."""
         for step in self.steps:
-            yield self.first_seed + step, self.examples.batch(self.passes.rows(step), self.device)
+            yield self.first_seed + step, self.rows.batch(self.passes.rows(step), self.device)
 
 
 class Passes:
-    """Each pass through N examples is a permutation of its own, kept in a scratch file.
+    """Each pass through N rows is a permutation of its own, kept in a scratch file.
 
     The rows that do not fill a last batch are left out of that pass.
     """

@@ -1,57 +1,62 @@
-"""Train a subgoal network; killed at any point, the same call goes on and ends with the same weights."""
+"""Train any network; killed at any point, the same call goes on and ends with the same weights."""
 
 import contextlib
 import hashlib
 import json
 import logging
 import warnings
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import torch
-from lightning.pytorch import Callback, Trainer
+from lightning.pytorch import Callback, LightningModule, Trainer
 from lightning.pytorch.loggers import Logger
 
-from models.subgoals import SubgoalNet, SubgoalTraining, TargetScaling
 from pipeline.errors import TableError
 from pipeline.files import damage, remove_partials
 from pipeline.learning.batches import Batches
-from pipeline.learning.examples import Examples
 from pipeline.learning.looks import BEST, CURVES, LAST, MARK, Bar, Looks
-from pipeline.learning.scaling import fit_scaling
-from pipeline.randomness import stream
+from pipeline.learning.rows import Rows
+from pipeline.learning.seeding import first_step_seed
+from pipeline.learning.trainable import Strided, Trainable
 
 _LOG = logging.getLogger(__name__)
+
+Module = TypeVar("Module", bound=LightningModule)
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitSettings:
-    """How the network is made and trained (LSP, section 4)."""
+    """How a network is trained, whatever it is."""
 
     steps: int
     batch_size: int
-    learning_rate: float
-    decay: float
-    decay_every: int
-    hidden: Sequence[int]
-    dropout: float
-    success_weight: float
-    exploration_weight: float
-    target_scaling: TargetScaling
     validate_every: int
+    """Steps between two looks at validation, each of which leaves a state to resume from."""
     seed: int
+    """Of the order of the rows and of what steps draw at random."""
+    stride: int = 1
+    """Steps between two moments at which Lightning may act. 1 is its automatic optimisation; more is for networks so
+    small that its loop costs as much as a step, see :class:`pipeline.learning.trainable.Strided`."""
+    validation_rows: int = 1024
+    """Validation rows in one block."""
+    threads: int = 1
+    """Of torch on a CPU; sums are rounded by their number, so other ones make other weights. On small nets more than
+    one gain nothing and lose much on a busy machine."""
     accelerator: str = "cpu"
+    network: Mapping[str, Any] = field(default_factory=dict)
+    """What else the network and its optimizer were made of, as plain values, such as the learning rate."""
     code: str = ""
     """Digest of the code that trains: a checkpoint of other code is not taken up."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fitted:
-    """The network with the lowest validation loss, in evaluation mode on the CPU, and how it came about."""
+class Fitted(Generic[Module]):
+    """The module with the lowest validation loss, in evaluation mode on the CPU, and how it came about."""
 
-    net: SubgoalNet
+    training: Module
     step: int
     validation_loss: float
     fingerprint: str
@@ -59,102 +64,100 @@ class Fitted:
 
 
 def fit(
-    train: Examples,
-    validation: Examples,
+    training: Module,
+    train: Rows,
+    validation: Rows,
     settings: FitSettings,
     folder: Path,
     *,
     logger: Logger | None = None,
     progress: bool = True,
     callbacks: Sequence[Callback] = (),
-) -> Fitted:
+) -> Fitted[Module]:
     """Train on ``train``, keep what is best on ``validation``; last.ckpt, best.ckpt, curves.parquet go to ``folder``.
 
-    callbacks: called between strides of steps, before the looks at validation.
-    Sets torch to one thread: on a net of this size more threads gain nothing and lose much on a busy machine.
-    A last.ckpt of the same data and settings is taken up; any other is replaced, with a line in the log.
-    Raises TableError when there are too few examples to train on.
+    training: with its first weights, which :func:`pipeline.learning.seeding.first_weights` makes repeatable; see
+        :class:`pipeline.learning.trainable.Trainable` for what it must keep.
+    callbacks: called between steps, or strides of them, before the looks at validation.
+    A last.ckpt of the same data, first weights and settings is taken up; any other is replaced, with a line in the log.
+    Sets the number of torch's threads.
+
+    Raises:
+        TableError: there are too few rows to train on.
+        TypeError: ``training`` does not say its losses.
     """
     if train.count < 2 or validation.count < 1:
         raise TableError(
-            f"{train.count} training and {validation.count} validation datums: expected at least 2 and 1. Harvest more "
+            f"{train.count} training and {validation.count} validation rows: expected at least 2 and 1. Harvest more "
             "plans of both splits."
         )
-    torch.set_num_threads(1)
+    if not isinstance(training, Trainable):
+        raise TypeError(f"{type(training).__name__} has no method `losses`: see pipeline.learning.trainable.Trainable")
+    torch.set_num_threads(settings.threads)
     folder.mkdir(parents=True, exist_ok=True)
     remove_partials(folder)
-    fingerprint = fingerprint_of(train, validation, settings)
+    fingerprint = fingerprint_of(training, train, validation, settings)
     done = _steps_done(folder / LAST, fingerprint, settings.steps)
-    training = make_training(train, settings)
-    looks = Looks(validation, folder, every=settings.validate_every, steps=settings.steps, fingerprint=fingerprint)
     if done < settings.steps:
-        called = [*callbacks, looks, *([Bar(looks)] if progress else [])]
-        _run(training, train, settings, folder, called, logger, resume=done > 0)
-    return _best(training.net, folder, fingerprint, resumed_from=done)
+        looks = Looks(
+            validation,
+            folder,
+            first=done,
+            steps=settings.steps,
+            every=settings.validate_every,
+            first_seed=first_step_seed(settings.seed),
+            rows_at_once=settings.validation_rows,
+            fingerprint=fingerprint,
+        )
+        _run(training, train, settings, folder, looks, callbacks, logger, progress=progress)
+    return _best(training, folder, fingerprint, resumed_from=done)
 
 
-def fingerprint_of(train: Examples, validation: Examples, settings: FitSettings) -> str:
+def fingerprint_of(training: LightningModule, train: Rows, validation: Rows, settings: FitSettings) -> str:
     """Return the sha256 of all that decides the weights after a given step; how many steps is not part of it."""
-    content = {name: value for name, value in asdict(settings).items() if name != "steps"}
-    content |= {"hidden": list(settings.hidden), "train": train.fingerprint(), "validation": validation.fingerprint()}
+    content = {name: value for name, value in asdict(settings).items() if name not in ("steps", "stride")}
+    content |= {"train": train.fingerprint(), "validation": validation.fingerprint()}
+    content |= {"first": Rows({name: value[None] for name, value in training.state_dict().items()}).fingerprint()}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def make_training(train: Examples, settings: FitSettings) -> SubgoalTraining:
-    """Return an untrained network, scaled to ``train``, whose first weights depend on the seed alone."""
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(int(stream(settings.seed, "weights").integers(2**62)))
-        net = SubgoalNet(
-            inputs=train.inputs.shape[1],
-            hidden=settings.hidden,
-            dropout=settings.dropout,
-            target_scaling=settings.target_scaling,
-        )
-    fit_scaling(net, train)
-    return SubgoalTraining(
-        net,
-        learning_rate=settings.learning_rate,
-        decay=settings.decay,
-        decay_every=settings.decay_every,
-        success_weight=settings.success_weight,
-        exploration_weight=settings.exploration_weight,
-    )
-
-
 def _run(
-    training: SubgoalTraining,
-    train: Examples,
+    training: LightningModule,
+    train: Rows,
     settings: FitSettings,
     folder: Path,
-    callbacks: list[Callback],
+    looks: Looks,
+    callbacks: Sequence[Callback],
     logger: Logger | None,
     *,
-    resume: bool,
+    progress: bool,
 ) -> None:
+    batches = Batches(
+        rows=train,
+        batch_size=settings.batch_size,
+        seed=settings.seed,
+        first=looks.step,
+        steps=settings.steps,
+        look_every=settings.validate_every,
+        stride=settings.stride,
+        scratch=folder,
+    )
+    resume = folder / LAST if looks.step > 0 else None
     with _quiet():
         trainer = Trainer(
             accelerator=settings.accelerator,
             devices=1,
-            max_epochs=-1,
-            max_steps=settings.steps,
+            max_epochs=-1,  # the loader has no end, and `looks` stops after the last step
             logger=logger or False,
-            callbacks=callbacks,
+            callbacks=[*callbacks, looks, *([Bar(looks)] if progress else [])],
             default_root_dir=folder,
             enable_checkpointing=False,
             enable_progress_bar=False,
             enable_model_summary=False,
             num_sanity_val_steps=0,
         )
-        batches = Batches(
-            examples=train,
-            batch_size=settings.batch_size,
-            seed=settings.seed,
-            steps=settings.steps,
-            look_every=settings.validate_every,
-            scratch=folder,
-            step=lambda: trainer.global_step,
-        )
-        trainer.fit(training, batches, ckpt_path=folder / LAST if resume else None, weights_only=True)
+        module = training if settings.stride == 1 else Strided(training)
+        trainer.fit(module, batches, ckpt_path=resume, weights_only=True)
 
 
 def _steps_done(path: Path, fingerprint: str, steps: int) -> int:
@@ -181,19 +184,16 @@ def _steps_done(path: Path, fingerprint: str, steps: int) -> int:
     return done
 
 
-def _best(net: SubgoalNet, folder: Path, fingerprint: str, *, resumed_from: int) -> Fitted:
+def _best(training: Module, folder: Path, fingerprint: str, *, resumed_from: int) -> Fitted[Module]:
     checkpoint = _load(folder / BEST)
     mark = checkpoint.get(MARK, {})
     if mark.get("fingerprint") != fingerprint:
         raise TableError(f"{folder / BEST} belongs to other data or settings: delete {folder} and run train again.")
-    prefix = "net."
-    state = {name.removeprefix(prefix): value for name, value in checkpoint["state_dict"].items()}
-    net.load_state_dict(state)
-    states = [state for name, state in checkpoint["callbacks"].items() if name.startswith("Looks")]
+    training.load_state_dict(checkpoint["state_dict"])
     return Fitted(
-        net=net.cpu().eval(),
+        training=training.cpu().eval(),
         step=int(mark["step"]),
-        validation_loss=float(states[0]["best_loss"]),
+        validation_loss=float(mark["best_loss"]),
         fingerprint=fingerprint,
         resumed_from=resumed_from,
     )

@@ -1,7 +1,7 @@
 """What the simulation loop asks of a planner, and a subgoal planner of its estimator."""
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +10,39 @@ from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Subgoal, Surroundings
 
 
+class Course(NamedTuple):
+    """A path and, where the planner cares, which way to face at its end.
+
+    path: flat cells [k] int32 from the robot's cell on; the robot's cell alone to turn where it stands.
+    heading: [rad], 0 along +x, counter-clockwise; None leaves it to the robot.
+    """
+
+    path: NDArray[np.int32]
+    heading: float | None = None
+
+
 class Planner(Protocol):
-    """Chooses where to go next. One instance serves one trial and may keep state between steps."""
+    """Chooses where to go next. One instance serves one trial and may keep state between steps.
 
-    def plan(self, seen: Seen) -> NDArray[np.int32] | None:
-        """Return the path to follow as flat cells [k] from the robot's cell on, or None if the goal is unreachable.
+    A planner may also have a method ``notice(seen)``: it is then told of every observation, before it is asked to
+    plan with it or the robot goes on along its path.
+    """
 
-        The robot follows the path through space it has seen to be free, until its map changes.
+    def plan(self, seen: Seen) -> NDArray[np.int32] | Course | None:
+        """Return the path to follow as flat cells [k] from the robot's cell on, or None if there is nothing to do.
+
+        The robot follows the path through space it has seen to be free, until its map changes. None says that the goal
+        is unreachable or, without a goal, that nothing is left to see.
         """
+        ...
+
+
+@runtime_checkable
+class Notices(Protocol):
+    """A planner that wants to be told of every observation."""
+
+    def notice(self, seen: Seen) -> None:
+        """Take note of what was just seen."""
         ...
 
 

@@ -9,7 +9,7 @@ from pipeline.reports.style import BLUE, INK, MUTED, dress, new_figure
 
 
 def draw_reliability(estimates: dict[str, Any]) -> Figure:
-    """Return the reliability diagram of ``summary["estimates"]``, with the number of subgoals per bin beneath."""
+    """Return the reliability diagram of ``summary["estimates"]``, with the number of estimates per bin beneath."""
     bins = [row for row in estimates["bins"] if row["count"]]
     predicted = np.array([row["predicted"] for row in bins])
     observed = np.array([row["observed"] for row in bins])
@@ -30,5 +30,5 @@ def draw_reliability(estimates: dict[str, Any]) -> Figure:
         [row["low"] for row in every], [row["count"] for row in every],
         width=0.92 / len(every), align="edge", color=BLUE, alpha=0.6,
     )  # fmt: skip
-    dress(lower, x="predicted $P_S$", y="subgoals")
+    dress(lower, x="predicted $P_S$", y="estimates")
     return figure

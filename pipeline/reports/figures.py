@@ -1,62 +1,100 @@
 """All figures of a report: drawn, saved under their names, and captioned with what each number means."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
-from pipeline.evaluation.cost_table import title_of
+from pipeline.evaluation.competitors import Role
+from pipeline.evaluation.cost_table import baseline_title
 from pipeline.evaluation.paired import pair_costs
 from pipeline.evaluation.statistics import trial_ratios
-from pipeline.evaluation.summary import fit_planner
-from pipeline.evaluation.trials import BASELINE, LEARNED
-from pipeline.reports.calibration import draw_reliability
+from pipeline.evaluation.summary import fit_line
+from pipeline.evaluation.trials import competitors_in
 from pipeline.reports.inputs import ReportInputs
-from pipeline.reports.scatter import draw_cost_scatter, draw_ratio_histogram
-from pipeline.reports.style import save_figure
+from pipeline.reports.scatter import Named, draw_cost_scatter, draw_ratio_histogram
+from pipeline.reports.style import colours_of, save_figure
 from pipeline.reports.training import draw_training
-from pipeline.reports.trajectories import EpisodePair, choose_episodes, draw_episode_pair
+from pipeline.reports.trajectories import Drives, choose_drives, draw_drives
 
-PERFECT = "perfect"
+
+class Drawn(NamedTuple):
+    """A figure and where it goes. section: of the page. name: of its file. title, caption: plain text."""
+
+    section: str
+    name: str
+    title: str
+    caption: str
+    figure: Figure
 
 
 class ReportFigure(NamedTuple):
-    """A saved figure.
+    """A saved figure. width: how it is shown; the rest as in `Drawn`."""
 
-    part: the section of the page it belongs to. width: how it is shown. title, caption: plain text.
-    """
-
-    part: str
+    section: str
     width: str
     title: str
     caption: str
     path: Path
 
 
+class Section(NamedTuple):
+    """A section of the page that only a system has: its parts are HTML made by `pipeline.reports.markup`."""
+
+    name: str
+    title: str
+    parts: list[str]
+
+
+def _no_figures(inputs: ReportInputs) -> Iterator[Drawn]:
+    yield from ()
+
+
+def _no_sections(inputs: ReportInputs) -> list[Section]:
+    return []
+
+
+@dataclass(frozen=True, kw_only=True)
+class SystemFigures:
+    """What a system adds to the report that every system gets.
+
+    marks: what the number of a marked cell is, for the scale of colours; empty where nothing is marked.
+    caption: a sentence on what is marked in the drives. draw: further figures. sections: further sections, between the
+    drives and the buildings; figures named after a section stand in it.
+    """
+
+    marks: str = ""
+    caption: str = ""
+    draw: Callable[[ReportInputs], Iterator[Drawn]] = _no_figures
+    sections: Callable[[ReportInputs], list[Section]] = _no_sections
+
+
 def draw_figures(
-    inputs: ReportInputs, summary: dict[str, Any], folder: Path, *, seed: int, episodes: int, dpi: int
+    inputs: ReportInputs, own: SystemFigures, folder: Path, *, episodes: int, dpi: int
 ) -> list[ReportFigure]:
-    """Draw every figure the inputs allow into ``folder`` as PNG and return them in the order of the page."""
-    drawn: list[ReportFigure] = []
-    for part, name, title, caption, figure in _figures(inputs, summary, seed, episodes):
-        path = save_figure(figure, folder / f"{name}.png", dpi=dpi)
-        drawn.append(ReportFigure(part, _width(figure), title, caption, path))
-    return drawn
+    """Draw every figure the inputs allow into ``folder`` as PNG and return them in the order of the page.
+
+    own: what the system adds. episodes: how many recorded trials are drawn.
+    """
+    saved: list[ReportFigure] = []
+    for drawn in _figures(inputs, own, episodes):
+        path = save_figure(drawn.figure, folder / f"{drawn.name}.png", dpi=dpi)
+        saved.append(ReportFigure(drawn.section, _width(drawn.figure), drawn.title, drawn.caption, path))
+    return saved
 
 
-def _figures(
-    inputs: ReportInputs, summary: dict[str, Any], seed: int, episodes: int
-) -> Iterator[tuple[str, str, str, str, Figure]]:
-    """Yield part, file name, title, caption and figure."""
-    yield from _cost_figures(inputs, summary, seed)
-    for index, pair in enumerate(choose_episodes(inputs.episodes, episodes)):
-        title = f"Trial {pair.learned.trial_id}: {pair.label}"
-        yield "drives", f"trajectories_{index}", title, _drive_caption(pair), draw_episode_pair(pair)
-    if summary["estimates"]:
-        yield "estimates", "calibration", "Reliability of P_S", _RELIABILITY, draw_reliability(summary["estimates"])
+def _figures(inputs: ReportInputs, own: SystemFigures, episodes: int) -> Iterator[Drawn]:
+    yield from _cost_figures(inputs)
+    for index, drives in enumerate(choose_drives(inputs.episodes, competitors_in(inputs.trials), episodes)):
+        title = f"Trial {drives.episodes[0].trial_id}: {drives.label}"
+        yield Drawn(
+            "drives", f"trajectories_{index}", title, _drive_caption(drives, own), draw_drives(drives, own.marks)
+        )
+    yield from own.draw(inputs)
     if inputs.curves:
-        yield "training", "training", "Training curves", _TRAINING, draw_training(inputs.curves)
+        yield Drawn("training", "training", "Training curves", _TRAINING, draw_training(inputs.curves))
 
 
 def _width(figure: Figure) -> str:
@@ -65,61 +103,62 @@ def _width(figure: Figure) -> str:
     return "small" if inches < 5.0 else "narrow" if inches < 8.0 else "full"
 
 
-def _cost_figures(
-    inputs: ReportInputs, summary: dict[str, Any], seed: int
-) -> Iterator[tuple[str, str, str, str, Figure]]:
+def _cost_figures(inputs: ReportInputs) -> Iterator[Drawn]:
+    summary, entries = inputs.summary, competitors_in(inputs.trials)
+    baseline, colours = baseline_title(summary), colours_of((entry.name, entry.role) for entry in entries)
     ratios = {}
-    for name in (LEARNED, PERFECT):
-        paired = pair_costs(inputs.trials, name)
-        line = fit_planner(paired, name, seed)
-        if line is None:
+    for entry in entries:
+        paired = pair_costs(inputs.trials, entry.name)
+        line = fit_line(paired, entry.name, summary["seed"])
+        if line is None or entry.role == Role.baseline:
             continue
-        ratios[name] = trial_ratios(paired.baseline_m, paired.ours_m)
-        figure = draw_cost_scatter(
-            paired, line, name, with_intercept=_with_intercept(summary["planners"][name]), small=name != LEARNED
-        )
-        title = f"{title_of(name).capitalize()} over {title_of(BASELINE)}"
-        yield "costs", f"scatter_{name}", title, _scatter_caption(name, summary["planners"][name]), figure
+        named = Named(entry.title, colours[entry.name])
+        ratios[named] = trial_ratios(paired.baseline_m, paired.ours_m)
+        ransac = _with_intercept(summary["competitors"][entry.name])
+        small = entry.role == Role.bound
+        figure = draw_cost_scatter(paired, line, named, baseline, with_intercept=ransac, small=small)
+        title = f"{entry.title.capitalize()} over {baseline}"
+        yield Drawn("costs", f"scatter_{entry.name}", title, _scatter_caption(summary, entry.name), figure)
     if ratios:
-        yield "costs", "ratios", "Ratios of single trials", _RATIOS, draw_ratio_histogram(ratios)
+        yield Drawn("costs", "ratios", "Ratios of single trials", _RATIOS, draw_ratio_histogram(ratios, baseline))
 
 
-def _with_intercept(planner: dict[str, Any]) -> tuple[float, float] | None:
+def _with_intercept(found: dict[str, Any]) -> tuple[float, float] | None:
     """Return slope and intercept of the RANSAC line, None where none was found."""
-    return None if planner["ransac_slope"] is None else (planner["ransac_slope"], planner["ransac_intercept_m"])
+    return None if found["ransac_slope"] is None else (found["ransac_slope"], found["ransac_intercept_m"])
 
 
-def _scatter_caption(name: str, planner: dict[str, Any]) -> str:
+def _scatter_caption(summary: dict[str, Any], name: str) -> str:
+    found = summary["competitors"][name]
     first = (
-        f"Each point is one trial: the same start and goal driven by both planners. Points in the shaded region below "
-        f"the diagonal went better for {title_of(name)}. The line through the origin is fitted so that "
-        f"{planner['trimmed_slope_inliers']} of {planner['pairs']} trials (95 %) are inliers (filled); its slope is "
-        f"{planner['trimmed_slope']:.3f}, and the inliers lie within {planner['trimmed_slope_residual_m']:.1f} m of "
-        f"it. Dotted: the RANSAC line with an intercept, another quantity. The total ratio, "
-        f"{planner['total_ratio']:.3f}, counts every trial, outliers (hollow) too."
+        f"Each point is one trial: the same start and goal for both. Points in the shaded region below the diagonal "
+        f"went better for {found['title']}. The line through the origin is the one to which "
+        f"{found['trimmed_slope_inliers']} of {found['pairs']} trials (95 %, filled) lie closest; its slope is "
+        f"{found['trimmed_slope']:.3f}, and they lie within {found['trimmed_slope_residual_m']:.1f} m of it. Dotted: "
+        f"the RANSAC line with an intercept, another quantity. The total ratio, {found['total_ratio']:.3f}, counts "
+        "every trial, the others (hollow) too."
     )
-    return f"{first} This planner knows the true labels: a bound, not a competitor." if planner["bound"] else first
+    return f"{first} This one knows what no robot knows: a bound, not a competitor." if found["bound"] else first
 
 
-def _drive_caption(pair: EpisodePair) -> str:
-    change = 100.0 * (pair.ratio - 1.0)
+def _drive_caption(drives: Drives, own: SystemFigures) -> str:
+    told = ", ".join(
+        f"{title} travelled {episode.cost_m:.1f} m" + (f" ({_change(episode.cost_m, drives):+.1f} %)" if place else "")
+        for place, (title, episode) in enumerate(zip(drives.titles, drives.episodes, strict=True))
+    )
     return (
-        f"Learned travelled {pair.learned.cost_m:.1f} m, optimistic {pair.optimistic.cost_m:.1f} m ({change:+.1f} %). "
-        "White floor and dark walls are what the robot had seen by its end; what it never saw is faint. Disc: start. "
-        "Star: goal. Squares: each frontier cell it ever estimated, in the colour of its last P_S, from red (leads "
-        "nowhere) to green (leads to the goal); the optimistic planner estimates none."
-    )
+        f"{told[:1].upper()}{told[1:]}. White floor and dark walls are what the robot had seen by its end; what it "
+        f"never saw is faint. Disc: start. {'Star: goal. ' if drives.episodes[0].goal_row >= 0 else ''}{own.caption}"
+    ).rstrip()
+
+
+def _change(cost_m: float, drives: Drives) -> float:
+    return 100.0 * (cost_m / drives.episodes[0].cost_m - 1.0)
 
 
 _RATIOS = (
     "How the gain is spread: the ratio of costs of each single trial, on an axis where half and double lie equally far "
-    "from 1. Left of the dashed line the planner travelled less than the optimistic one."
-)
-_RELIABILITY = (
-    "Subgoals met on the learned drives, sorted into ten bins by the predicted probability P_S that they lead to the "
-    "goal. On the dashed line the prediction is as often true as it says; bars are 95 % Wilson intervals, the lower "
-    "panel counts subgoals. ECE is the mean distance from the line, weighted by the counts; Brier the mean squared "
-    "error of P_S; AUC the chance that a subgoal that leads to the goal is rated above one that does not."
+    "from 1. Left of the dashed line a trial cost less than the baseline's."
 )
 _TRAINING = (
     "Each quantity over the training steps, on the plans the network learns from and on plans held out for validation. "

@@ -8,8 +8,9 @@ from typing import Any
 import pyarrow as pa
 
 from pipeline.errors import TableError
-from pipeline.evaluation.trials import EpisodeRow, read_episodes, read_estimates, read_trials
-from pipeline.files import check_sum
+from pipeline.evaluation.summary import SUMMARY_VERSION
+from pipeline.evaluation.trials import EpisodeRow, digest, read_episodes, read_trials
+from pipeline.files import check_sum, digest_file
 from pipeline.reports.training import Curves, read_curves
 
 
@@ -17,24 +18,28 @@ from pipeline.reports.training import Curves, read_curves
 class ReportInputs:
     """Contents of artifacts/{evaluate, train, harvest}.
 
-    evaluate, harvest, train: the JSON of those stages, empty where missing. missing: a sentence for each file that
-    is not there.
+    folder: the artifacts, for side tables that only a system knows. summary: of the evaluate stage.
+    harvest, train: the JSON of those stages, empty where missing. missing: a sentence for each file that is not there
+    and for each stage that the system has no part for; what lies in its folder is then another system's, and not read.
+    elsewhere: networks drove and none is of this run's training; what that may have left behind is not read then.
     """
 
+    folder: Path
     trials: pa.Table
-    estimates: pa.Table | None = None
     episodes: list[EpisodeRow] = field(default_factory=list)
     curves: Curves = field(default_factory=dict)
-    evaluate: dict[str, Any] = field(default_factory=dict)
+    summary: dict[str, Any] = field(default_factory=dict)
     train: dict[str, Any] = field(default_factory=dict)
     harvest: dict[str, Any] = field(default_factory=dict)
     missing: list[str] = field(default_factory=list)
+    elsewhere: bool = False
 
 
 def read_inputs(artifacts: Path) -> ReportInputs:
-    """Read what lies under ``artifacts``; only evaluate/trials.parquet has to be there.
+    """Read what lies under ``artifacts``; trials and summary of the evaluate stage have to be there.
 
-    Raises TableError for missing or empty trials, and for any file that is there but damaged or of another version.
+    Raises TableError for missing or empty trials, a summary of other trials, and for any file that is there but damaged
+    or of another version.
     """
     source = artifacts / "evaluate"
     trials = read_trials(source / "trials.parquet")
@@ -46,24 +51,53 @@ def read_inputs(artifacts: Path) -> ReportInputs:
     missing: list[str] = []
 
     def found(path: Path, consequence: str) -> bool:
+        if elsewhere and path.parent != source:
+            return False
         if not path.is_file():
             missing.append(f"{path.relative_to(artifacts)} is not there: {consequence}.")
         return path.is_file()
 
-    summary = source / "summary.json"
-    estimates, episodes = source / "estimates.parquet", source / "episodes.parquet"
-    curves, train = artifacts / "train" / "curves.parquet", artifacts / "train" / "train.json"
-    harvest = artifacts / "harvest" / "harvest.json"
+    summary = _read_json(source / "summary.json")
+    if summary.get("version") != SUMMARY_VERSION or summary.get("digest") != digest(trials):
+        raise TableError(
+            f"{source / 'summary.json'} is of version {summary.get('version')} or of other trials than those beside "
+            f"it, expected version {SUMMARY_VERSION} of these: run `dvc repro -f evaluate`."
+        )
+    in_order = sorted(summary["competitors"].items(), key=lambda entry: int(entry[1]["place"]))
+    summary["competitors"] = dict(in_order)  # JSON sorts by name
+    elsewhere = _trained_elsewhere(summary, artifacts / "train")
+
+    def part(stage: str, consequence: str) -> dict[str, Any]:
+        """Return the summary of a stage; empty where it is not there, or where the system has no part for the stage."""
+        path = artifacts / stage / f"{stage}.json"
+        content = _read_json(path) if found(path, consequence) else {}
+        if why := content.get("nothing"):
+            missing.append(f"{stage}: {why}.")
+            content = {}
+            without.add(stage)
+        return content
+
+    without: set[str] = set()
+    train = part("train", "no training summary")
+    episodes = source / "episodes.parquet"
+    curves = artifacts / "train" / "curves.parquet"
     return ReportInputs(
+        folder=artifacts,
         trials=trials,
-        estimates=read_estimates(estimates) if found(estimates, "no calibration") else None,
         episodes=read_episodes(episodes) if found(episodes, "no trajectories") else [],
-        curves=read_curves(curves) if found(curves, "no training curves") else {},
-        evaluate=_read_json(summary) if found(summary, "settings of the slopes are the default ones") else {},
-        train=_read_json(train) if found(train, "no training summary") else {},
-        harvest=_read_json(harvest) if found(harvest, "no counts of the data set") else {},
+        curves=read_curves(curves) if "train" not in without and found(curves, "no training curves") else {},
+        summary=summary,
+        train=train,
+        harvest=part("harvest", "no counts of the data set"),
         missing=missing,
+        elsewhere=elsewhere,
     )
+
+
+def _trained_elsewhere(summary: dict[str, Any], folder: Path) -> bool:
+    """Return whether networks drove, none of which lies in the ``folder`` of this run's training."""
+    driven = {digest for found in summary["competitors"].values() if (digest := found.get("weights"))}
+    return bool(driven) and driven.isdisjoint(map(digest_file, folder.glob("*.safetensors")))
 
 
 def _read_json(path: Path) -> dict[str, Any]:

@@ -4,35 +4,44 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from pipeline.evaluation.competitors import Role
 from pipeline.evaluation.cost_table import (
     NOT_FORMED,
+    baseline_title,
     interval_text,
     line_text,
     number_text,
     share_text,
     table_notes,
-    title_of,
 )
-from pipeline.evaluation.trials import BASELINE, ENDINGS, LEARNED, REACHED
+from pipeline.evaluation.trials import ENDINGS
 from pipeline.reports import markup
-from pipeline.reports.figures import ReportFigure
+from pipeline.reports.figures import ReportFigure, Section
+from pipeline.reports.networks import networks
 from pipeline.reports.stylesheet import STYLE
 
 MOST_BUILDINGS = 40
+_MOST_VERDICTS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class PageContent:
-    """Everything on the page. settings, provenance: name -> value, shown as they are. missing: sentences."""
+    """Everything on the page.
+
+    sections: the system's own. settings, provenance: name -> value, shown as they are. missing: sentences.
+    elsewhere: no network that drove was trained in this run.
+    """
 
     title: str
     summary: Mapping[str, Any]
     figures: list[ReportFigure] = field(default_factory=list)
+    sections: list[Section] = field(default_factory=list)
     settings: Mapping[str, Any] = field(default_factory=dict)
     provenance: Mapping[str, str] = field(default_factory=dict)
     harvest: Mapping[str, Any] = field(default_factory=dict)
     train: Mapping[str, Any] = field(default_factory=dict)
     missing: list[str] = field(default_factory=list)
+    elsewhere: bool = False
 
 
 def render_page(content: PageContent) -> str:
@@ -49,8 +58,12 @@ def render_page(content: PageContent) -> str:
         ),
         markup.section("How the trials ended", _endings(summary), name="endings"),
         markup.section("Drives", *_pictures(content, "drives"), name="drives"),
-        markup.section("What the network knew", *_estimates(content), name="estimates"),
+        *(
+            markup.section(own.title, *own.parts, *_pictures(content, own.name), name=own.name)
+            for own in content.sections
+        ),
         markup.section("Buildings", *_buildings(summary), name="buildings"),
+        markup.section("Networks", *networks(summary, elsewhere=content.elsewhere), name="networks"),
         markup.section("Data set", *_data(content.harvest), name="data"),
         markup.section("Training", *_training(content.train), *_pictures(content, "training"), name="training"),
         markup.section("What was run", _settings(content), markup.paragraph(_SEED), name="run"),
@@ -70,154 +83,131 @@ def flatten(record: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
 
 
 def _opening(content: PageContent) -> str:
-    summary, learned = content.summary, content.summary["planners"].get(LEARNED)
+    summary = content.summary
     parts = [markup.heading(content.title), markup.paragraph(_verdict(summary), "lead")]
-    if learned and learned["pairs"]:
-        parts.append(markup.tiles(_headlines(learned)))
+    shown = [found for found in _candidates(summary) if found["pairs"]]
+    if shown:
+        parts.append(markup.tiles(_headlines(shown[0])))
     return "<header>" + "\n".join(parts) + "</header>"
 
 
+def _candidates(summary: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return what is ranked against the baseline, in order."""
+    return [found for found in summary["competitors"].values() if found["role"] == Role.candidate]
+
+
 def _verdict(summary: Mapping[str, Any]) -> str:
-    """Return the outcome in one or two sentences, saying where the interval leaves it open."""
+    """Return the outcome in one or two sentences for each candidate, saying where the interval leaves it open."""
     where = f"{', '.join(summary['environments'])} ({', '.join(summary['splits'])} plans)"
-    learned = summary["planners"].get(LEARNED)
-    if not learned or not learned["pairs"]:
-        return f"{summary['trials']} trials in {where}: no trial was finished by both planners, so no ratio is formed."
-    change = 100.0 * (learned["total_ratio"] - 1.0)
-    over_buildings = learned["total_ratio_interval"] is not None
-    edges = learned["total_ratio_interval" if over_buildings else "total_ratio_interval_trials"]
+    shown = [found for found in _candidates(summary) if found["pairs"]]
+    if not shown:
+        return (
+            f"{summary['trials']} trials in {where}: no trial was finished by both the baseline and a candidate, so no "
+            "ratio is formed."
+        )
+    return " ".join(_verdict_on(found, where, baseline_title(summary)) for found in shown[:_MOST_VERDICTS])
+
+
+def _verdict_on(found: Mapping[str, Any], where: str, baseline: str) -> str:
+    change = 100.0 * (found["total_ratio"] - 1.0)
+    over_buildings = found["total_ratio_interval"] is not None
+    edges = found["total_ratio_interval" if over_buildings else "total_ratio_interval_trials"]
     low, high = (100.0 * (edge - 1.0) for edge in edges)
     drawn = "buildings" if over_buildings else "trials of this one building"
     verdict = f"{abs(change):.1f} % {'less' if change < 0 else 'more'}"
     doubt = "" if high < 0.0 or low > 0.0 else " The interval includes 0: these trials do not settle which is better."
     return (
-        f"Over {learned['pairs']:,} paired trials in {where} the learned planner travelled {verdict} than the "
-        f"optimistic one (95 % interval over {drawn} {low:+.1f} % to {high:+.1f} %).{doubt}"
+        f"Over {found['pairs']:,} paired trials in {where}, {found['title']} cost {verdict} than {baseline} "
+        f"(95 % interval over {drawn} {low:+.1f} % to {high:+.1f} %).{doubt}"
     )
 
 
-def _headlines(learned: Mapping[str, Any]) -> list[tuple[str, str, str]]:
-    ratio, slope = (f"95 %: {interval_text(learned[f'{key}_interval'])}" for key in ("total_ratio", "trimmed_slope"))
-    clearly = share_text(learned["clearly_lost_share"])
+def _headlines(found: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    ratio, slope = (f"95 %: {interval_text(found[f'{key}_interval'])}" for key in ("total_ratio", "trimmed_slope"))
+    clearly = share_text(found["clearly_lost_share"])
     return [
-        (number_text(learned["total_ratio"]), "total cost ratio", ratio),
-        (number_text(learned["trimmed_slope"]), "trimmed slope through the origin", slope),
+        (number_text(found["total_ratio"]), "total cost ratio", ratio),
+        (number_text(found["trimmed_slope"]), "trimmed slope through the origin", slope),
         (
-            number_text(learned["ransac_slope"]),
+            number_text(found["ransac_slope"]),
             "RANSAC slope with an intercept",
-            line_text(learned["ransac_slope"], learned["ransac_intercept_m"]),
+            line_text(found["ransac_slope"], found["ransac_intercept_m"]),
         ),
-        (f"{learned['endings'][REACHED]}/{learned['trials']}", "trials reached the goal", "learned planner"),
-        (share_text(learned["lost_share"]), "of trials lost", f"{clearly} by over 10 %"),
+        (f"{found['finished']}/{found['trials']}", "trials finished", found["title"]),
+        (share_text(found["lost_share"]), "of trials lost", f"{clearly} by over 10 %"),
     ]
 
 
 def _cost_table(summary: Mapping[str, Any]) -> str:
-    head = ("planner", "trials", "cost [m]", "ratio", "95 % interval", "trimmed slope", "95 % interval",
+    head = ("competitor", "trials", "cost [m]", "ratio", "95 % interval", "trimmed slope", "95 % interval",
             "RANSAC line", "median", "mean",
             "lost", "lost > 10 %", "ms/step")  # fmt: skip
     rows: list[tuple[str, ...]] = []
     marks: list[str] = []
-    for name, planner in summary["planners"].items():
-        first = planner["bound"] and "bound" not in " ".join(marks)
-        marks.append("bound first-bound" if first else "bound" if planner["bound"] else "")
+    for found in summary["competitors"].values():
+        first = found["bound"] and "bound" not in " ".join(marks)
+        marks.append("bound first-bound" if first else "bound" if found["bound"] else "")
         rows.append(
             (
-                title_of(name) + (" (bound)" if planner["bound"] else ""),
-                f"{planner['pairs']:,}",
-                number_text(planner["total_cost_m"], 0),
-                number_text(planner["total_ratio"]),
-                interval_text(planner["total_ratio_interval"]),
-                number_text(planner["trimmed_slope"]),
-                interval_text(planner["trimmed_slope_interval"]),
-                line_text(planner["ransac_slope"], planner["ransac_intercept_m"]),
-                number_text(planner["median_ratio"]),
-                number_text(planner["mean_ratio"]),
-                share_text(planner["lost_share"]),
-                share_text(planner["clearly_lost_share"]),
-                number_text(planner["ms_per_step"], 2),
+                found["title"] + (" (bound)" if found["bound"] else ""),
+                f"{found['pairs']:,}",
+                number_text(found["total_cost_m"], 0),
+                number_text(found["total_ratio"]),
+                interval_text(found["total_ratio_interval"]),
+                number_text(found["trimmed_slope"]),
+                interval_text(found["trimmed_slope_interval"]),
+                line_text(found["ransac_slope"], found["ransac_intercept_m"]),
+                number_text(found["median_ratio"]),
+                number_text(found["mean_ratio"]),
+                share_text(found["lost_share"]),
+                share_text(found["clearly_lost_share"]),
+                number_text(found["ms_per_step"], 2),
             )
         )
     return markup.table(head, rows, marked=marks) + markup.paragraph(
-        _COSTS.format(threshold=summary["settings"]["ransac_threshold_m"]), "muted"
+        _COSTS.format(baseline=baseline_title(summary), threshold=summary["settings"]["ransac_threshold_m"]), "muted"
     )
 
 
 def _endings(summary: Mapping[str, Any]) -> str:
-    rows = [
-        (title_of(name), *(f"{planner['endings'][ending]:,}" for ending in ENDINGS))
-        for name, planner in summary["planners"].items()
-    ]
-    return markup.table(("planner", *ENDINGS.values()), rows)
-
-
-def _estimates(content: PageContent) -> list[str]:
-    quality = content.summary["estimates"]
-    if not quality:
-        return [markup.paragraph("No estimates were recorded in this run, so there is nothing to calibrate.", "muted")]
-    parts = [
-        markup.paragraph(
-            f"{quality['count']:,} estimates of subgoals on the learned drives through "
-            f"{', '.join(content.summary['splits'])} plans, {quality['positives']:,} of which lead to the goal. "
-            f"ECE {number_text(quality['ece'])}, Brier score {number_text(quality['brier'])}, AUC "
-            f"{number_text(quality['auc'])}."
-        )
-    ]
-    rows = [
-        (
-            title,
-            f"{found['count']:,}",
-            *(number_text(found[key], 2) for key in _ERROR_KEYS),
-            number_text(found["r2"], 2),
-        )
-        for title, key in (("delta success cost", "delta_success"), ("exploration cost", "exploration"))
-        if (found := quality[key])
-    ]
-    if rows:
-        head = (
-            "predicted cost [m]",
-            "subgoals",
-            "mean true",
-            "bias",
-            "mean abs.",
-            "root mean sq.",
-            "median abs.",
-            "R²",
-        )
-        parts += [markup.table(head, rows), markup.paragraph(_ERRORS, "muted")]
-    return parts + _pictures(content, "estimates")
+    competitors = summary["competitors"].values()
+    met = [ending for ending in ENDINGS if any(found["endings"][ending] for found in competitors)]
+    rows = [(found["title"], *(f"{found['endings'][ending]:,}" for ending in met)) for found in competitors]
+    return markup.table(("competitor", *(ENDINGS[ending] for ending in met)), rows)
 
 
 def _buildings(summary: Mapping[str, Any]) -> list[str]:
-    buildings = summary["buildings"]
-    planners = [name for name in summary["planners"] if name != BASELINE]
+    buildings, baseline = summary["buildings"], summary["settings"]["baseline"]
+    ours = {name: found for name, found in summary["competitors"].items() if name != baseline}
+    ranked = [name for name, found in ours.items() if found["role"] == Role.candidate]
     if len(buildings) > MOST_BUILDINGS:
-        return [markup.paragraph(_building_spread(buildings))]
+        return [markup.paragraph(_building_spread(buildings, name, ours[name]["title"])) for name in ranked]
     rows = [
         (
             building,
             f"{found['trials']:,}",
-            *(number_text(found["planners"][name]["total_ratio"]) for name in planners),
-            share_text(found["planners"].get(LEARNED, {}).get("lost_share")),
+            *(number_text(found["competitors"][name]["total_ratio"]) for name in ours),
+            *(share_text(found["competitors"][name]["lost_share"]) for name in ranked),
         )
         for building, found in buildings.items()
     ]
-    return [markup.table(("building", "trials", *(title_of(name) for name in planners), "learned lost"), rows),
-            markup.paragraph("Total cost over that of optimistic, within each building.", "muted")]  # fmt: skip
+    head = (*(found["title"] for found in ours.values()), *(f"{ours[name]['title']} lost" for name in ranked))
+    said = f"Total cost over that of {baseline_title(summary)}, within each building."
+    return [markup.table(("building", "trials", *head), rows), markup.paragraph(said, "muted")]
 
 
-def _building_spread(buildings: Mapping[str, Any]) -> str:
+def _building_spread(buildings: Mapping[str, Any], name: str, title: str) -> str:
     ratios = sorted(
-        found["planners"][LEARNED]["total_ratio"]
+        found["competitors"][name]["total_ratio"]
         for found in buildings.values()
-        if LEARNED in found["planners"] and found["planners"][LEARNED]["total_ratio"] is not None
+        if found["competitors"][name]["total_ratio"] is not None
     )
     if not ratios:
-        return f"{len(buildings)} plans; no ratio of the learned planner in any of them."
+        return f"{len(buildings)} plans; no ratio of {title} in any of them."
     better = sum(ratio < 1.0 for ratio in ratios)
     return (
         f"The trials lie in {len(buildings)} plans, too many for a table here (summary.json of the evaluate stage has "
-        f"them all). Total ratio of the learned planner per plan: from {ratios[0]:.3f} to {ratios[-1]:.3f}, median "
+        f"them all). Total ratio of {title} per plan: from {ratios[0]:.3f} to {ratios[-1]:.3f}, median "
         f"{ratios[len(ratios) // 2]:.3f}; below 1 in {better} of {len(ratios)}."
     )
 
@@ -256,7 +246,7 @@ def _pictures(content: PageContent, part: str) -> list[str]:
     return [
         markup.picture(figure.path, figure.title, figure.caption, figure.width)
         for figure in content.figures
-        if figure.part == part
+        if figure.section == part
     ]
 
 
@@ -274,26 +264,18 @@ def _text(value: Any) -> str:
     return str(value)
 
 
-_ERROR_KEYS = ("mean_true", "bias", "mae", "rmse", "median_error")
 _COSTS = (
-    "Cost is the distance travelled, summed over the trials that this planner and optimistic both finished; ratio is "
-    "that sum over optimistic's on the same trials. Intervals are bootstrapped over buildings, each drawn with all its "
-    "trials. Trimmed slope: of the line through the origin to which 95 % of the trials are closest. RANSAC line: with "
-    "an intercept and inliers within {threshold:g} m, as the authors of learned subgoal planning fit it; the two "
-    "slopes are different quantities. Median and mean are of the ratios of single trials. Lost: share of trials dearer "
-    "than optimistic, and dearer by more than 10 %. The bounds read the true map, which no robot has: perfect "
-    "estimates runs the same planner with true labels, known map is the shortest path. They are not ranked."
+    "Cost is what was travelled or paid, summed over the trials that this competitor and {baseline} both "
+    "finished; ratio is that sum over {baseline}'s on the same trials. Intervals are bootstrapped over buildings, "
+    "each drawn with all its trials. Trimmed slope: of the line through the origin to which 95 % of the trials "
+    "are closest. RANSAC line: with an intercept and inliers within {threshold:g} m, as published "
+    "comparisons fit it; the two slopes are different quantities. Median and mean are of the ratios of "
+    "single trials. Lost: share of trials dearer than {baseline}, and dearer by more than 10 %. Bounds know what "
+    "no robot knows, such as the true map; they are not ranked."
 )
-_ERRORS = (
-    "Error is predicted minus true, in metres, over the subgoals for which the cost is defined: delta success where a "
-    "subgoal leads to the goal, exploration where it does not. R² is the share of the variance explained; 0 is as good "
-    "as always saying the mean."
-)
-_HARVEST = (
-    "What the network learned from: subgoals met by the optimistic planner on the training plans, with true labels."
-)
+_HARVEST = "What the training plans gave to learn from."
 _SCORES = (
-    "The training stage's own scores, on the plans learned from and on those that chose the step and the calibration "
+    "The training stage's own scores, on the plans it fitted and on those that chose the step and the calibration "
     "that are kept: both flatter. What chose nothing stands under what the network knew. Names that hold base belong "
     "to a predictor that ignores its input: always the base rate, or the mean cost."
 )

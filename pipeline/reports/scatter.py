@@ -1,19 +1,29 @@
-"""The paper's scatter: cost of a planner over the cost of the optimistic one, with the trimmed and the RANSAC line."""
+"""The scatter of the field: cost of a competitor over the baseline's, with the trimmed and the RANSAC line."""
+
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.evaluation.cost_table import line_text, title_of
+from pipeline.evaluation.cost_table import line_text
 from pipeline.evaluation.paired import PairedCosts
 from pipeline.evaluation.trimmed_line import OriginLine
-from pipeline.reports.style import INK, MUTED, ORANGE, PLANNER_COLOURS, SKY, dress, new_figure
+from pipeline.reports.style import INK, MUTED, ORANGE, SKY, dress, new_figure
+
+
+class Named(NamedTuple):
+    """How a competitor appears in a figure."""
+
+    title: str
+    colour: str
 
 
 def draw_cost_scatter(
     paired: PairedCosts,
     line: OriginLine,
-    planner: str,
+    ours: Named,
+    baseline: str,
     *,
     with_intercept: tuple[float, float] | None = None,
     small: bool = False,
@@ -21,13 +31,13 @@ def draw_cost_scatter(
     """Return the scatter of [n] paired costs [m]: inliers filled, outliers hollow, below the diagonal shaded.
 
     with_intercept: slope and intercept [m] of the RANSAC line, drawn dotted.
-    A point below the diagonal is a trial on which the planner travelled less than the optimistic one.
+    A point below the diagonal is a trial that cost less than the baseline's, whose title is ``baseline``.
     """
     figure = new_figure(4.6, 4.6) if small else new_figure(6.4, 6.4)
     axes = figure.add_subplot()
     reach = 1.05 * float(max(paired.baseline_m.max(), paired.ours_m.max()))
-    _draw_background(axes, reach)
-    colour = PLANNER_COLOURS.get(planner, MUTED)
+    _draw_background(axes, reach, baseline)
+    colour = ours.colour
     size, inliers = (16 if small else 24) / (1.0 + paired.baseline_m.size / 1500), line.inliers
     count, total = int(inliers.sum()), inliers.size
     axes.scatter(
@@ -49,13 +59,13 @@ def draw_cost_scatter(
     ratio = paired.ours_m.sum() / paired.baseline_m.sum()
     axes.plot([], [], " ", label=f"total ratio {ratio:.3f}")
     axes.set(xlim=(0, reach), ylim=(0, reach), aspect="equal")
-    dress(axes, x="cost of optimistic [m]", y=f"cost of {title_of(planner)} [m]")
+    dress(axes, x=f"cost of {baseline} [m]", y=f"cost of {ours.title} [m]")
     axes.legend(loc="upper left", fontsize=8 if small else 9, frameon=True, framealpha=0.9, edgecolor="none")
     return figure
 
 
-def draw_ratio_histogram(ratios: dict[str, np.ndarray]) -> Figure:
-    """Return the histogram of per-trial ratios ([n] per planner, positive) on a logarithmic axis.
+def draw_ratio_histogram(ratios: dict[Named, np.ndarray], baseline: str) -> Figure:
+    """Return the histogram of per-trial ratios ([n] per competitor, positive) on a logarithmic axis.
 
     On it a trial of half the cost and one of twice the cost lie equally far from the line at 1.
     """
@@ -65,21 +75,18 @@ def draw_ratio_histogram(ratios: dict[str, np.ndarray]) -> Figure:
     reach = max(0.5, 1.05 * max(float(np.abs(values).max()) for values in logs.values()))
     edges = np.linspace(-reach, reach, 42)
     for index, (name, values) in enumerate(logs.items()):
-        colour = PLANNER_COLOURS.get(name, MUTED)
         style = {"alpha": 0.75} if index == 0 else {"histtype": "step", "linewidth": 1.6}
         middle = 2 ** float(np.median(values))
-        axes.hist(values, bins=edges.tolist(), color=colour, label=f"{title_of(name)}, median {middle:.3f}", **style)
-    axes.axvline(0.0, color=ORANGE, linewidth=1.4, linestyle="--", label="as far as optimistic")
+        axes.hist(values, bins=edges.tolist(), color=name.colour, label=f"{name.title}, median {middle:.3f}", **style)
+    axes.axvline(0.0, color=ORANGE, linewidth=1.4, linestyle="--", label=f"as much as {baseline}")
     _label_ratios(axes, reach)
-    dress(axes, x="cost / cost of optimistic, per trial (logarithmic)", y="trials")
+    dress(axes, x=f"cost / cost of {baseline}, per trial (logarithmic)", y="trials")
     axes.legend(fontsize=9, frameon=True, framealpha=0.9, edgecolor="none")
     return figure
 
 
-def _draw_background(axes: Axes, reach: float) -> None:
-    axes.fill_between(
-        [0, reach], [0, 0], [0, reach], color=SKY, alpha=0.14, linewidth=0, label="shorter than optimistic"
-    )
+def _draw_background(axes: Axes, reach: float, baseline: str) -> None:
+    axes.fill_between([0, reach], [0, 0], [0, reach], color=SKY, alpha=0.14, linewidth=0, label=f"less than {baseline}")
     axes.plot([0, reach], [0, reach], color=MUTED, linewidth=1.0, linestyle="--")
 
 

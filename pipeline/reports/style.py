@@ -1,10 +1,13 @@
 """One look for all figures: sizes, colours that colour-blind readers tell apart, and how a figure is saved."""
 
+from collections.abc import Iterable
+from itertools import cycle
 from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pipeline.evaluation.competitors import Role
 from pipeline.files import replacing
 
 # Okabe and Ito's palette, which stays distinct under the common kinds of colour blindness.
@@ -17,7 +20,23 @@ MUTED = "#6b7785"
 GRID = "#e3e7ec"
 # P_S runs from red to green as in the paper; yellow between and a legend of values help where the two look alike.
 P_SUCCESS_COLOURS = "RdYlGn"
-PLANNER_COLOURS = {"optimistic": ORANGE, "learned": BLUE, "perfect": GREEN}
+PURPLE = "#CC79A7"
+YELLOW = "#E69F00"
+_CANDIDATES = (BLUE, PURPLE, YELLOW, SKY)
+_BOUNDS = (GREEN, MUTED)
+
+
+def colours_of(entries: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Return a colour for each competitor, given as (name, role) in the order of the tables.
+
+    The baseline and the first of each role look the same in every report.
+    """
+    palettes = {
+        Role.baseline: iter([ORANGE]),
+        Role.candidate: cycle(_CANDIDATES),
+        Role.bound: cycle(_BOUNDS),
+    }
+    return {name: next(palettes[Role(role)], MUTED) for name, role in entries}
 
 
 def new_figure(width: float, height: float) -> Figure:

@@ -1,4 +1,4 @@
-"""Two drives of one trial side by side: what each robot knew at its end, the way it took, and what it believed."""
+"""The drives of one trial side by side: what each robot knew at its end, the way it took, and what it believed."""
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -10,12 +10,13 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pipeline.evaluation.cost_table import title_of
-from pipeline.evaluation.trials import BASELINE, LEARNED, EpisodeRow
+from pipeline.evaluation.competitors import Role
+from pipeline.evaluation.trials import Entry, EpisodeRow
 from pipeline.grids.occupancy import FREE, OCCUPIED, UNKNOWN
-from pipeline.reports.style import INK, MUTED, P_SUCCESS_COLOURS, PLANNER_COLOURS, new_figure
+from pipeline.reports.style import INK, MUTED, P_SUCCESS_COLOURS, colours_of, new_figure
 
 _PANEL_INCHES = 5.0
+_MOST_PANELS = 4
 _MARGIN_CELLS = 2
 _SHADES = {  # what a cell looks like: the faint ones the robot never saw
     "unseen floor": (0.925, 0.937, 0.953),
@@ -25,53 +26,67 @@ _SHADES = {  # what a cell looks like: the faint ones the robot never saw
 }
 
 
-class EpisodePair(NamedTuple):
-    """Both drives of one trial, and why it was chosen."""
+class Drives(NamedTuple):
+    """The recorded drives of one trial, the baseline's first, and why it was chosen.
+
+    titles, colours: of each. ratio: cost of the first candidate over the baseline's.
+    """
 
     label: str
-    optimistic: EpisodeRow
-    learned: EpisodeRow
-
-    @property
-    def ratio(self) -> float:
-        """Cost of the learned drive over the cost of the optimistic one."""
-        return self.learned.cost_m / self.optimistic.cost_m
+    episodes: Sequence[EpisodeRow]
+    titles: Sequence[str]
+    colours: Sequence[str]
+    ratio: float
 
 
-def choose_episodes(episodes: Iterable[EpisodeRow], wanted: int) -> list[EpisodePair]:
-    """Return up to ``wanted`` telling trials of those recorded by both planners: best, worst, evenly between.
+def choose_drives(episodes: Iterable[EpisodeRow], entries: Sequence[Entry], wanted: int) -> list[Drives]:
+    """Return up to ``wanted`` telling trials of those recorded: best, worst, evenly between.
 
+    Trials count by the cost of the first candidate (else the first bound) over the baseline's; both must be recorded.
     The choice is fixed by the ratios alone, so a page shows its failures with its successes.
     """
-    drives: dict[str, dict[str, EpisodeRow]] = {}
+    by_trial: dict[str, dict[str, EpisodeRow]] = {}
     for episode in episodes:
-        drives.setdefault(episode.trial_id, {})[episode.planner] = episode
-    pairs = [
-        EpisodePair("", found[BASELINE], found[LEARNED])
-        for found in drives.values()
-        if BASELINE in found and LEARNED in found and found[BASELINE].cost_m > 0
-    ]
-    pairs.sort(key=lambda pair: (pair.ratio, pair.learned.trial_id))
-    wanted = min(wanted, len(pairs))
+        by_trial.setdefault(episode.trial_id, {})[episode.competitor] = episode
+    colours = colours_of((entry.name, entry.role) for entry in entries)
+    baseline = next((entry.name for entry in entries if entry.role == Role.baseline), "")
+    recorded = {name for found in by_trial.values() for name in found}
+    ours = next((entry.name for entry in entries if entry.name in recorded and entry.name != baseline), None)
+    found = []
+    for trial, drives in by_trial.items():
+        if ours is None or baseline not in drives or ours not in drives or drives[baseline].cost_m <= 0:
+            continue
+        shown = [entry for entry in entries if entry.name in drives and entry.role != Role.bound][:_MOST_PANELS]
+        shown = shown if len(shown) > 1 else [entry for entry in entries if entry.name in drives][:2]
+        ratio = drives[ours].cost_m / drives[baseline].cost_m
+        found.append((ratio, trial, Drives("", [drives[entry.name] for entry in shown],
+                                           [entry.title for entry in shown],
+                                           [colours[entry.name] for entry in shown], ratio)))  # fmt: skip
+    ranked = [drives for *_, drives in sorted(found, key=lambda entry: entry[:2])]
+    wanted = min(wanted, len(ranked))
     if wanted == 0:
         return []
-    places = np.unique(np.round(np.linspace(0, len(pairs) - 1, wanted)).astype(int)).tolist()
-    return [pairs[place]._replace(label=_label(place, len(pairs))) for place in places]
+    places = np.unique(np.round(np.linspace(0, len(ranked) - 1, wanted)).astype(int)).tolist()
+    return [ranked[place]._replace(label=_label(place, len(ranked))) for place in places]
 
 
-def draw_episode_pair(pair: EpisodePair) -> Figure:
-    """Return both drives side by side, optimistic to the left; metres, y up, frontiers coloured by P_S."""
-    window = _window(pair.learned)
+def draw_drives(drives: Drives, marks: str) -> Figure:
+    """Return the drives side by side, the baseline to the left; metres, y up, marked cells coloured by their number.
+
+    marks: what that number is; empty where nothing is marked, and then there is no scale of colours.
+    """
+    window, count = _window(drives.episodes[-1]), len(drives.episodes)
     height = (window[1] - window[0]) / max(1, window[3] - window[2])
-    figure = new_figure(2 * _PANEL_INCHES + 0.9, float(np.clip(_PANEL_INCHES * height, 2.2, 9.0)) + 0.9)
-    panels: Sequence[Axes] = figure.subplots(1, 2, sharex=True, sharey=True)
-    for axes, episode in zip(panels, (pair.optimistic, pair.learned), strict=True):
-        _draw_drive(axes, episode, window)
-    values = ScalarMappable(Normalize(0.0, 1.0), P_SUCCESS_COLOURS)
-    bar = figure.colorbar(values, ax=list(panels), shrink=0.75, pad=0.01, aspect=30)
-    bar.set_label("$P_S$ of the frontier", color=INK, fontsize=9)
-    bar.ax.tick_params(colors=MUTED, labelsize=8)
-    bar.outline.set_visible(False)
+    figure = new_figure(count * _PANEL_INCHES + 0.9, float(np.clip(_PANEL_INCHES * height, 2.2, 9.0)) + 0.9)
+    panels: Sequence[Axes] = np.atleast_1d(figure.subplots(1, count, sharex=True, sharey=True)).tolist()
+    for axes, episode, title, colour in zip(panels, drives.episodes, drives.titles, drives.colours, strict=True):
+        _draw_drive(axes, episode, window, title, colour)
+    if marks:
+        values = ScalarMappable(Normalize(0.0, 1.0), P_SUCCESS_COLOURS)
+        bar = figure.colorbar(values, ax=list(panels), shrink=0.75, pad=0.01, aspect=30)
+        bar.set_label(marks, color=INK, fontsize=9)
+        bar.ax.tick_params(colors=MUTED, labelsize=8)
+        bar.outline.set_visible(False)
     return figure
 
 
@@ -113,7 +128,7 @@ def _window(episode: EpisodeRow) -> tuple[int, int, int, int]:
     return int(low[0]), int(high[0]), int(low[1]), int(high[1])
 
 
-def _draw_drive(axes: Axes, episode: EpisodeRow, window: tuple[int, int, int, int]) -> None:
+def _draw_drive(axes: Axes, episode: EpisodeRow, window: tuple[int, int, int, int], title: str, colour: str) -> None:
     rows, cols = episode.truth.shape
     left, bottom, side = episode.origin_x_m, episode.origin_y_m, episode.resolution_m
     axes.imshow(
@@ -138,14 +153,15 @@ def _draw_drive(axes: Axes, episode: EpisodeRow, window: tuple[int, int, int, in
             zorder=2,
         )
     x, y = _metres(episode, np.asarray(episode.path_row), np.asarray(episode.path_col))
-    axes.plot(x, y, color=PLANNER_COLOURS.get(episode.planner, INK), linewidth=2.0, zorder=3, solid_joinstyle="round")
+    axes.plot(x, y, color=colour, linewidth=2.0, zorder=3, solid_joinstyle="round")
     _mark(axes, episode, episode.start_row, episode.start_col, "o", 60)
-    _mark(axes, episode, episode.goal_row, episode.goal_col, "*", 170)
+    if episode.goal_row >= 0:
+        _mark(axes, episode, episode.goal_row, episode.goal_col, "*", 170)
     axes.set(
         xlim=(left + window[2] * side, left + window[3] * side),
         ylim=(bottom + window[0] * side, bottom + window[1] * side),
     )
-    axes.set_title(f"{title_of(episode.planner)}: {episode.cost_m:.1f} m", fontsize=11, color=INK, loc="left")
+    axes.set_title(f"{title}: {episode.cost_m:.1f} m", fontsize=11, color=INK, loc="left")
     axes.set_xlabel("x [m]", fontsize=9, color=INK)
     axes.tick_params(colors=MUTED, labelsize=8)
     for spine in axes.spines.values():

@@ -5,17 +5,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 from pipeline.errors import PlannerError
-from pipeline.grids.distances import NOWHERE, SHUT, Indices, Status, open_field, settle, wide, workspace_for
-from pipeline.grids.partial_map import UNSEEN
+from pipeline.grids.distances import NOWHERE, SHUT, Field, Indices, Status, open_field, settle, wide, workspace_for
+from pipeline.grids.partial_map import CLEAR, UNSEEN
 from pipeline.planning.seen import Seen
 
 SOUND, ELSEWHERE, OUTSIDE, JUMPS, OBSTACLE, CORNER = range(6)  # what may be wrong with a path
 
 
-def checked_path(answer: object, seen: Seen, by: str) -> NDArray[np.int32]:
+def checked_path(answer: object, seen: Seen, by: str, *, may_stand: bool = False) -> NDArray[np.int32]:
     """Return a copy of the path that a planner answered; it may write into its own again.
 
-    by: who answered, and on which plan.
+    by: who answered, and on which plan. may_stand: a path of the robot's cell alone is one, to turn there.
 
     Raises:
         PlannerError: it is no path that the robot could set out on.
@@ -26,7 +26,7 @@ def checked_path(answer: object, seen: Seen, by: str) -> NDArray[np.int32]:
     fault, place = path_fault(answer, seen.map.status, _home(seen))
     if fault != SOUND:
         raise _fault(by, seen, _in_words(fault, answer, place, seen))
-    if answer.size < 2:
+    if answer.size < 2 and not may_stand:
         raise never_moves(seen, by)
     return answer.copy()
 
@@ -56,6 +56,43 @@ def check_surrender(seen: Seen, by: str) -> None:
             f"the goal was given up, although free or unseen space leads there, {field[goal] * seen.resolution:.1f} m "
             "long. Only a goal that the map proves out of reach may be answered by None",
         )
+
+
+def check_covered(seen: Seen, by: str) -> None:
+    """Check that a planner that says all has been seen may say so.
+
+    Raises:
+        PlannerError: the robot can drive to a cell beside which it may go on into what it has not seen.
+    """
+    status, cols = seen.map.status, seen.map.status.shape[1]
+    field = open_field(status, CLEAR)
+    settle(field, cols, _home(seen), NOWHERE, workspace_for(field.size))
+    left = frontier_cells(field, status)
+    if left.size:
+        nearest = int(left[np.argmin(field[left])])
+        raise _fault(
+            by,
+            seen,
+            f"all was said to be seen, although {left.size} cells in reach border unseen space, the nearest at row "
+            f"{nearest // cols}, col {nearest % cols}, {field[nearest] * seen.resolution:.1f} m away. Only where no "
+            "frontier is left may a planner without a goal answer None",
+        )
+
+
+@njit(cache=True, nogil=True)
+def frontier_cells(field: Field, status: Status) -> Indices:
+    """Return the flat cells that ``field`` reaches and that have an UNSEEN 4-neighbour, ascending."""
+    cols, flat = status.shape[1], status.ravel()
+    found = np.empty(flat.size, dtype=np.int32)
+    count = 0
+    for cell in range(cols + 1, flat.size - cols - 1):
+        if not 0.0 <= field[cell] < np.inf:
+            continue
+        north, south, east, west = flat[cell + cols], flat[cell - cols], flat[cell + 1], flat[cell - 1]
+        if north == UNSEEN or south == UNSEEN or east == UNSEEN or west == UNSEEN:
+            found[count] = cell
+            count += 1
+    return found[:count].copy()
 
 
 @njit(cache=True, nogil=True)

@@ -1,6 +1,8 @@
 """The true building that a simulated robot moves through."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,27 +20,50 @@ class World(NamedTuple):
     grid: true occupancy; the outermost ring is occupied.
     blocked: [rows, cols] uint8, 1 where the robot's centre cannot be.
     disk: [k, 2] int32 offsets that one obstacle cell blocks.
+    layers: what else the plan says of each cell, by name ("rooms", "doors"): [rows, cols].
     """
 
     name: str
     grid: OccupancyGrid
     blocked: NDArray[np.uint8]
     disk: NDArray[np.int32]
+    layers: Mapping[str, NDArray[Any]] = MappingProxyType({})
+
+    def layer(self, name: str) -> NDArray[Any]:
+        """Return layer ``name``.
+
+        Raises:
+            TrialError: the world has none of that name.
+        """
+        if name not in self.layers:
+            known = ", ".join(sorted(self.layers)) or "none"
+            raise TrialError(
+                f"{self.name}: no layer {name!r}; it has {known}. Plans with such a layer carry it through rasterize: "
+                "rasterize again, or change what the sensor reads (sensor.layers)."
+            )
+        return self.layers[name]
 
 
-def make_world(name: str, grid: OccupancyGrid, radius_m: float) -> World:
+def make_world(
+    name: str, grid: OccupancyGrid, radius_m: float, layers: Mapping[str, NDArray[Any]] | None = None
+) -> World:
     """Return the world of ``grid`` for a robot of ``radius_m`` [m].
 
     Raises:
-        TrialError: the grid's outermost ring is not occupied.
+        TrialError: the grid's outermost ring is not occupied, or a layer has another shape than the grid.
     """
+    for layer, values in (layers or {}).items():
+        if values.shape != grid.cells.shape:
+            raise TrialError(
+                f"{name}: layer {layer!r} is {values.shape}, the grid {grid.cells.shape}. Rasterize the plan again."
+            )
     occupied = grid.cells != FREE
     ring = (occupied[0], occupied[-1], occupied[:, 0], occupied[:, -1])
     if not all(bool(edge.all()) for edge in ring):
         raise TrialError(f"{name}: the grid's outermost ring must be occupied. Rasterize the plan again.")
     radius_cells = radius_m / grid.resolution
     blocked = inflate(occupied, radius_cells).astype(np.uint8)
-    return World(name, grid, blocked, disk_offsets(radius_cells))
+    return World(name, grid, blocked, disk_offsets(radius_cells), dict(layers or {}))
 
 
 def known_map_distance(world: World, start: Cell, goal: Cell) -> float:

@@ -10,8 +10,8 @@ from hydra.errors import HydraException, MissingConfigException, OverrideParseEx
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from pipeline.checking import near_miss, unknown_key
 from pipeline.errors import ConfigError
-from pipeline.stages.checking import near_miss, unknown_key
 
 CONF = Path(__file__).resolve().parents[2] / "conf"
 
@@ -26,8 +26,30 @@ QUIET = (
 """Overrides that keep Hydra from making folders: under DVC a dated folder would take the outputs."""
 
 
+def search_path(overrides: Sequence[str]) -> list[str]:
+    """Return the override that lets Hydra read the ``conf/`` of the folder of own parts that ``overrides`` name.
+
+    Raises:
+        ConfigError: there is no such folder.
+    """
+    named = [entry.partition("=")[2].strip("'\"") for entry in overrides if entry.startswith("parts=")]
+    if not named or any(entry.startswith("hydra.searchpath=") for entry in overrides):
+        return []
+    folder = Path(named[-1])
+    if named[-1] != "null" and not folder.is_dir():
+        raise ConfigError(f"parts = {folder}: no such folder. Expected the folder of your own parts, or null")
+    conf = folder.resolve() / "conf"
+    return [f"hydra.searchpath=[{quoted(f'file://{conf}')}]"] if conf.is_dir() else []
+
+
+def quoted(text: str) -> str:
+    """Return ``text`` as a value in Hydra's grammar."""
+    escaped = text.replace("\\", "\\\\").replace("'", "\\'")
+    return f"'{escaped}'"
+
+
 def composed(overrides: Sequence[str] = ()) -> DictConfig:
-    """Return conf/config.yaml composed with ``overrides``.
+    """Return conf/config.yaml composed with ``overrides``; ``parts=FOLDER`` adds the groups of FOLDER/conf.
 
     Raises:
         ConfigError: an override names an unknown key or option, or is not an override at all.
@@ -36,7 +58,7 @@ def composed(overrides: Sequence[str] = ()) -> DictConfig:
     GlobalHydra.instance().clear()
     try:
         with initialize_config_dir(version_base="1.3", config_dir=str(CONF)):
-            return compose("config", overrides=list(overrides))
+            return compose("config", overrides=[*overrides, *search_path(overrides)])
     except (HydraException, OmegaConfBaseException) as error:
         raise explain(error, overrides) from error
 

@@ -12,9 +12,10 @@ from hydra.errors import HydraException
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
+from pipeline.checking import note_taken_out, typed
 from pipeline.errors import ConfigError, HinterlandError, one_line
-from pipeline.stages.checking import note_taken_out, typed
-from pipeline.stages.composing import CONF, QUIET, explain
+from pipeline.parts import add_to_path
+from pipeline.stages.composing import CONF, QUIET, explain, search_path
 from pipeline.stages.recording import StageResult, record_run, tracker
 from pipeline.stages.settings import ExecutionConfig
 from pipeline.stages.stopping import Stopped, disk_words, ending_by_signal
@@ -62,6 +63,7 @@ def launch(stage: str, body: Callable[[DictConfig], StageResult]) -> None:
 
     def task(raw: DictConfig) -> None:
         try:
+            find_parts(raw)
             record_run(stage, raw, body(raw))
         except (HinterlandError, OSError) as error:
             refuse(error)  # here, because Hydra adds a line of its own to what leaves the task
@@ -76,6 +78,16 @@ def launch(stage: str, body: Callable[[DictConfig], StageResult]) -> None:
     except KeyboardInterrupt as stop:
         print(f"\nstopped: the same command continues {stage}", file=sys.stderr)
         sys.exit(stop.exit_code if isinstance(stop, Stopped) else 130)
+
+
+def find_parts(raw: DictConfig) -> None:
+    """Put the folder of one's own parts on the import path, from which worker processes take it over."""
+    parts = raw.get("parts")
+    if parts is None:
+        return
+    if not isinstance(parts, str) or not Path(parts).is_dir():
+        raise ConfigError(f"parts = {parts!r}: no such folder. Expected the folder of your own parts, or null")
+    add_to_path(Path(parts))
 
 
 def refuse(error: Exception) -> None:
@@ -102,4 +114,4 @@ def _from_file(arguments: Sequence[str]) -> list[str]:
 def _arranged(arguments: Sequence[str]) -> list[str]:
     """Return flags first, then all overrides in one block: argparse takes them in no other order."""
     overrides = [entry for entry in arguments if not entry.startswith("-") and ("=" in entry or entry.startswith("~"))]
-    return [*(entry for entry in arguments if entry not in overrides), *QUIET, *overrides]
+    return [*(entry for entry in arguments if entry not in overrides), *QUIET, *overrides, *search_path(overrides)]

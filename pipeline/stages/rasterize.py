@@ -14,6 +14,7 @@ from pipeline.files import write_json
 from pipeline.floorplans.checks import Checked
 from pipeline.floorplans.plan import FloorPlan, GridPlan
 from pipeline.floorplans.store import read_plans
+from pipeline.grids.layers import layers_of
 from pipeline.grids.lost_area import MUCH_LOST, LostArea, lost_area, say_lost
 from pipeline.grids.occupancy import OccupancyGrid, Point
 from pipeline.grids.rasterize import check_doors
@@ -21,10 +22,10 @@ from pipeline.grids.rasterize import rasterize as rasterize_plan
 from pipeline.grids.sampling import Ends, ends_between, largest_component, sample_ends, traversable_cells
 from pipeline.grids.splits import SPLITS, split_buildings
 from pipeline.grids.store import GridRecord, Pair, write_pairs, write_worlds
+from pipeline.settings import RobotConfig, require
 from pipeline.stages.door import StageResult, Workspace, launch, typed, workspace
 from pipeline.stages.parallel import ON_ERROR, Refused, make_all
 from pipeline.stages.plans import SplitCounts
-from pipeline.stages.settings import RobotConfig, require
 
 NARROW_DOORS = ("stop", "keep")
 
@@ -98,6 +99,7 @@ def rasterize(raw: DictConfig) -> StageResult:
     work = workspace(raw)
     kept = keep_variants(read_plans(work.folder("plans") / "plans.parquet"), config.variants_per_floor)
     splits = assign_splits([plan for plan, _ in kept], asdict(config.shares), work.seed)
+    _tell_given([plan for plan, _ in kept])
     tasks = [(plan.plan_id, _Task(plan, report.narrowest_door_m, splits[plan.building])) for plan, report in kept]
     make = partial(_make_world, config=config, robot_radius=robot.radius_m, seed=work.seed)
     worlds, rejected = make_all(
@@ -106,6 +108,14 @@ def rasterize(raw: DictConfig) -> StageResult:
     if not worlds:
         raise PlanError(f"none of {len(rejected)} plans can be used; the first: {rejected[0].reason}")
     return _write(work, worlds, rejected)
+
+
+def _tell_given(plans: Sequence[FloorPlan | GridPlan]) -> None:
+    """Say so where some buildings come with a split and the others are divided: shares hold among the others alone."""
+    given = {plan.building for plan in plans if plan.split is not None}
+    free = {plan.building for plan in plans} - given
+    if given and free:
+        print(f"rasterize: {len(given)} buildings have their split, {len(free)} are divided by rasterize.shares")
 
 
 def keep_variants(found: Sequence[Checked], most: int | None) -> list[Checked]:
@@ -159,7 +169,8 @@ def _make_world(task: _Task, *, config: RasterizeConfig, robot_radius: float, se
     pairs = [Pair(f"{plan.plan_id}/{k}", *identity, *found) for k, found in enumerate(ends)]
     room = traversable_cells(grid, robot_radius)
     share = float(largest_component(room).sum() / room.sum()) if room.any() else 0.0
-    return _World(GridRecord(*identity, grid, robot_radius, lost.reachable_m2, lost.lost_m2), pairs, share, lost)
+    areas = (lost.reachable_m2, lost.lost_m2)
+    return _World(GridRecord(*identity, grid, robot_radius, *areas, layers_of(plan, grid)), pairs, share, lost)
 
 
 def choose_ends(

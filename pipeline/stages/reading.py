@@ -15,18 +15,18 @@ from pipeline.floorplans.read_ranges import RANGES
 from pipeline.floorplans.readers import (
     BAD,
     PLAN,
-    READERS,
     UNRECOGNISED,
     Classified,
+    Reader,
     ReadOptions,
     classify,
     nothing_found,
     say_unused,
 )
 from pipeline.floorplans.sources import open_source
+from pipeline.settings import require
 from pipeline.stages.door import Workspace
 from pipeline.stages.parallel import Refused, make_all
-from pipeline.stages.settings import require
 
 _MAY_BE_NULL = ("metres_per_unit", "free_thresh", "occupied_thresh")
 _SHOWN = 5  # names of files that are no plans
@@ -93,14 +93,14 @@ class _OfFile(NamedTuple):
 def read_all(
     root: Path,
     *,
-    reader: str | None,
+    reader: str | Reader | None,
     options: ReadOptions,
     glob: str,
     limit: int | None,
     on_error: str,
     work: Workspace,
-) -> tuple[list[Checked], list[Refused]]:
-    """Return the checked plans of the files below ``root``, each with a name of its own, and what was refused.
+) -> tuple[list[tuple[str, Checked]], list[Refused]]:
+    """Return the checked plans of the files below ``root``, each with the name of its file, and what was refused.
 
     A file may hold many plans; a bad one among them is refused by itself. See PlansConfig for the arguments.
 
@@ -127,13 +127,14 @@ def read_all(
             progress=work.progress,
         )
     refused += [bad for of_file in of_files for bad in of_file.refused]
-    return name_apart([(of_file.name, checked) for of_file in of_files for checked in of_file.checked]), refused
+    return [(of_file.name, checked) for of_file in of_files for checked in of_file.checked], refused
 
 
 def unused_in(entries: Sequence[Classified], options: ReadOptions) -> list[str]:
     """Return a sentence for each format among the files that does not use some of the options."""
-    counts = Counter(entry.reader.name for entry in entries if entry.reader is not None)
-    return [f"{said} ({counts[name]} files)" for name in counts for said in say_unused(READERS[name], options)]
+    readers = [entry.reader for entry in entries if entry.reader is not None]
+    counts, by_name = Counter(reader.name for reader in readers), {reader.name: reader for reader in readers}
+    return [f"{said} ({counts[name]} files)" for name in counts for said in say_unused(by_name[name], options)]
 
 
 def name_apart(found: Sequence[tuple[str, Checked]]) -> list[Checked]:

@@ -8,8 +8,8 @@ from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
+from pipeline.checking import typed
 from pipeline.errors import ConfigError
-from pipeline.stages.checking import typed
 from pipeline.stages.settings import TrackingConfig
 from pipeline.tracking import Dataset, Destination, Model, Run, is_news, keep, known_outage, log_run, note_outage
 
@@ -40,12 +40,16 @@ def tracker(raw: DictConfig) -> Destination | None:
         ConfigError: the section tracking or the key experiment_name is not as expected.
 
     """
+    destination = store_of(raw)
+    return destination if typed(TrackingConfig, raw, "tracking").enabled else None
+
+
+def store_of(raw: DictConfig) -> Destination:
+    """Return the tracking store that ``raw`` names, whether or not runs are logged to it. Raises as `tracker`."""
     config = typed(TrackingConfig, raw, "tracking")
     name = config.experiment or raw.get("experiment_name")
     if not isinstance(name, str) or not name:
         raise ConfigError(f"experiment_name = {name!r}: expected a name (conf/config.yaml or conf/experiment/)")
-    if not config.enabled:
-        return None
     return Destination.chosen(uri=config.uri, experiment=name, artifacts=Path(raw.get("artifacts") or "artifacts"))
 
 

@@ -1,21 +1,20 @@
 """Report: figures, the cost table and one self-contained page, from the files of earlier stages only."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
 from pipeline.evaluation.cost_table import format_cost_table
-from pipeline.evaluation.ransac import THRESHOLD_M
-from pipeline.evaluation.summary import flat_metrics, summarise
-from pipeline.files import write_text
+from pipeline.evaluation.summary import flat_metrics
+from pipeline.files import sum_path, write_text
+from pipeline.parts import resolve
+from pipeline.settings import require
 from pipeline.stages.door import StageResult, launch, typed, workspace
-from pipeline.stages.settings import require
+from pipeline.stages.jobs import nothing_to_do, system_of
 from pipeline.tracking.revision import revision_tags
-
-if TYPE_CHECKING:
-    from pipeline.reports.inputs import ReportInputs
 
 # Sections shown on the page, in the order of the stages.
 SECTIONS = ("plans", "rasterize", "sensor", "robot", "planner", "harvest", "train", "evaluate")
@@ -25,7 +24,8 @@ SECTIONS = ("plans", "rasterize", "sensor", "robot", "planner", "harvest", "trai
 class ReportConfig:
     """What the page shows (conf/report/)."""
 
-    title: str = "Learned subgoal planning"
+    title: str | None = None
+    """Heading of the page; null: what the system is called."""
     episodes: int = 3
     """Recorded trials that are drawn: the best, the worst, and evenly between."""
     dpi: int = 150
@@ -33,35 +33,41 @@ class ReportConfig:
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
-        require(bool(self.title.strip()), "report.title", repr(self.title), "some text")
+        require(self.title is None or bool(self.title.strip()), "report.title", repr(self.title), "some text or null")
         require(0 <= self.episodes <= 50, "report.episodes", self.episodes, "from 0 to 50")
         require(40 <= self.dpi <= 600, "report.dpi", self.dpi, "from 40 to 600 dots per inch")
 
 
 def report(raw: DictConfig) -> StageResult:
-    """Write ``artifacts/report``: report.html, cost_table.txt and figures/; print the table and where things are."""
-    from pipeline.reports.figures import draw_figures
+    """Write ``artifacts/report``: report.html, cost_table.txt and figures/; print the table and where things are.
+
+    A system that compares nobody has no page; report.json says so.
+    """
+    from pipeline.reports.figures import SystemFigures, draw_figures
     from pipeline.reports.inputs import read_inputs
     from pipeline.reports.page import PageContent, render_page
 
-    config, work = typed(ReportConfig, raw, "report"), workspace(raw)
+    config, work, system = typed(ReportConfig, raw, "report"), workspace(raw), system_of(raw)
+    if system.contest is None:
+        _clear(work.folder("report"))
+        return nothing_to_do("report", work.folder("report"), f"{system.title} compares nobody")
+    own: SystemFigures = resolve(system.figures) if system.figures else SystemFigures()
     inputs = read_inputs(work.root)
-    target = work.folder("report")
-    _clear(target / "figures")
-    summary = _summarise(inputs, work.seed)
-    figures = draw_figures(
-        inputs, summary, target / "figures", seed=work.seed, episodes=config.episodes, dpi=config.dpi
-    )
+    target, summary = work.folder("report"), inputs.summary
+    _clear(target)
+    figures = draw_figures(inputs, own, target / "figures", episodes=config.episodes, dpi=config.dpi)
     page = render_page(
         PageContent(
-            title=config.title,
+            title=config.title or system.title,
             summary=summary,
             figures=figures,
-            settings=_sections(raw),
+            sections=own.sections(inputs),
+            settings=_sections(raw, leave_out=("harvest", "train") if inputs.elsewhere else ()),
             provenance=_provenance(inputs.harvest, inputs.train),
             harvest=inputs.harvest,
             train=inputs.train,
             missing=inputs.missing,
+            elsewhere=inputs.elsewhere,
         )
     )
     table = format_cost_table(summary)
@@ -74,37 +80,26 @@ def report(raw: DictConfig) -> StageResult:
     )
 
 
-def _summarise(inputs: "ReportInputs", seed: int) -> dict[str, Any]:
-    """Return the summary as the evaluate stage forms it: with its settings, and the remarks that it made."""
-    settings = inputs.evaluate.get("settings", {})
-    return summarise(
-        inputs.trials,
-        inputs.estimates,
-        seed,
-        ransac_threshold_m=float(settings.get("ransac_threshold_m", THRESHOLD_M)),
-        remarks=inputs.evaluate.get("remarks", ()),
-        network=inputs.evaluate.get("network"),
-    )
+def _clear(target: Path) -> None:
+    """Remove what an earlier run left: a page of fewer drives, or none, would leave stale figures beside it."""
+    leftovers = (target / name for name in ("report.html", "cost_table.txt", "report.json"))
+    for leftover in (*(target / "figures").glob("*.png"), *leftovers):
+        leftover.unlink(missing_ok=True)
+        sum_path(leftover).unlink(missing_ok=True)
 
 
-def _clear(figures: Path) -> None:
-    """Remove the figures of an earlier run: a page of fewer drives would leave stale ones beside it."""
-    for leftover in figures.glob("*.png"):
-        leftover.unlink()
-
-
-def _sections(raw: DictConfig) -> dict[str, Any]:
-    """Return the sections of the configuration that decided the numbers, as plain values."""
+def _sections(raw: DictConfig, leave_out: Sequence[str]) -> dict[str, Any]:
+    """Return the sections of the configuration that decided the numbers, but for those to leave out."""
     content = OmegaConf.to_container(raw, resolve=True)
     assert isinstance(content, dict)
-    return {name: content[name] for name in SECTIONS if content.get(name) is not None}
+    return {name: content[name] for name in SECTIONS if name not in leave_out and content.get(name) is not None}
 
 
 def _provenance(harvest: dict[str, Any], train: dict[str, Any]) -> dict[str, str]:
     """Return where the numbers come from: code revision and digests of the data."""
     found = {"code, git revision": _revision()}
     if digest := harvest.get("digest"):
-        found["datum table, SHA-256"] = str(digest)
+        found["harvest, SHA-256"] = str(digest)
     for key in ("fingerprint", "digest"):
         if isinstance(train.get(key), str):
             found[f"training, {key}"] = train[key]

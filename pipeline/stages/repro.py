@@ -5,13 +5,15 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from omegaconf import DictConfig, OmegaConf
 
 from pipeline.errors import HinterlandError, one_line
 from pipeline.files import write_text
-from pipeline.stages.compose import check, checked_request
+from pipeline.parts import add_to_path
+from pipeline.stages.compose import NO_PARTS, check, checked_request, system_folder, watched_data
 from pipeline.stages.composing import CONF, composed
 from pipeline.stages.door import refuse
 from pipeline.stages.recording import tracker
@@ -35,6 +37,7 @@ Experiments: {experiments}
   hinterland ~train.steps                             that change taken back
   hinterland train.steps=9 -- --dry                   what would run; nothing is kept
   hinterland experiment=mit_floors plans.root=DIR     real floors
+  hinterland evaluate NETWORK FLOORS                  a trained network on other floors, nothing trained: see --help
   hinterland plan --help                              look at floor plans, convert them, list the formats
   python -m pipeline.stages.harvest --help            one stage, and every key of the configuration
 """
@@ -63,8 +66,11 @@ def _run(overrides: Sequence[str], dvc_options: Sequence[str]) -> int:
     """Run what ``overrides`` ask for; return the exit code. A refused request and a dry one leave params.yaml alone."""
     last = last_request()
     request = requested(overrides, last) if overrides else checked_request(last)
+    if request.parts != NO_PARTS:
+        add_to_path(Path(request.parts))
     raw = composed(request.as_overrides())
     check(raw)
+    request = replace(request, system=system_folder(raw), data=watched_data(raw, request))
     for line in (*fallbacks(overrides, raw, request), described(request, last)):
         print(f"hinterland: {one_line(line)}", flush=True)
     dry = "--dry" in dvc_options
@@ -91,7 +97,7 @@ def _all_done(dvc_options: Sequence[str]) -> bool:
     if not dvc_options:
         return True
     asked = [sys.executable, "-m", "dvc", "status", "--quiet", "--with-deps", "report"]
-    return subprocess.run(asked, env=_environment(), capture_output=True).returncode == 0
+    return subprocess.run(asked, env=environment(), capture_output=True).returncode == 0
 
 
 def reproduce(options: Sequence[str] = ()) -> int:
@@ -100,10 +106,11 @@ def reproduce(options: Sequence[str] = ()) -> int:
     if without_git:
         # An exported tree: DVC otherwise refuses to work outside git.
         write_text(Path(".dvc/config.local"), "[core]\n    no_scm = true\n")
-    return run_below([sys.executable, "-m", "dvc", "repro", *options], _environment())
+    return run_below([sys.executable, "-m", "dvc", "repro", *options], environment())
 
 
-def _environment() -> dict[str, str]:
+def environment() -> dict[str, str]:
+    """Return the environment of the stages below: this Python first, no telemetry, one run for the tracking store."""
     return os.environ | {
         "PATH": os.pathsep.join((str(Path(sys.executable).parent), os.environ.get("PATH", ""))),
         "DVC_NO_ANALYTICS": "1",
@@ -114,12 +121,13 @@ def _environment() -> dict[str, str]:
 
 def closing_words(raw: DictConfig) -> str:
     """Return the cost table and where the report, the figures and the tracking store are."""
-    table = _ARTIFACTS / "report" / "cost_table.txt"
+    folder = _ARTIFACTS / "report"
+    table, page = folder / "cost_table.txt", folder / "report.html"
+    places = [f"report   {page.resolve()}", f"figures  {(folder / 'figures').resolve()}"]
     lines = [
-        table.read_text(encoding="utf-8").rstrip() if table.exists() else f"(no {table} yet)",
+        table.read_text(encoding="utf-8").rstrip() if table.exists() else f"(no {table}: nobody was compared)",
         "",
-        f"report   {(_ARTIFACTS / 'report' / 'report.html').resolve()}",
-        f"figures  {(_ARTIFACTS / 'report' / 'figures').resolve()}",
+        *(places if page.exists() else ()),
         *_where_runs_are(raw),
     ]
     return "\n".join(lines)

@@ -3,18 +3,19 @@
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import fields
 from typing import Any
 
 import yaml
 from omegaconf import DictConfig, OmegaConf
 
+from pipeline.checking import near_miss
 from pipeline.errors import ConfigError
 from pipeline.files import write_text
-from pipeline.stages.checking import near_miss
-from pipeline.stages.compose import NO_DATA, PARAMS, Request, checked_request, load_request
+from pipeline.stages.compose import NO_DATA, NO_PARTS, PARAMS, Request, checked_request, load_request
 from pipeline.stages.composing import unknown
 
-_OWN = {"experiment": "experiment", "plans.root": "data"}
+_OWN = {"experiment": "experiment", "plans.root": "data", "parts": "parts"}
 """Keys of the command line that have a key of their own in params.yaml, by their names there."""
 
 
@@ -32,7 +33,7 @@ def requested(overrides: Sequence[str], last: Request = Request()) -> Request:  
     given = [(_key_of(entry), entry) for entry in overrides]
     if "experiment" in (key for key, entry in given if not entry.startswith("~")):
         last = Request()
-    own = {"experiment": last.experiment, "data": last.data}
+    own = {name: getattr(last, name) for name in _OWN.values()}
     kept = [(_key_of(entry), entry) for entry in last.overrides]
     for key, entry in given:
         name = _OWN.get(key)
@@ -43,9 +44,7 @@ def requested(overrides: Sequence[str], last: Request = Request()) -> Request:  
         if name is not None:
             default = getattr(Request(), name)
             own[name] = default if entry.startswith("~") else entry.partition("=")[2].strip("'\"")
-    return checked_request(
-        Request(experiment=own["experiment"], overrides=[text for _, text in kept], data=own["data"])
-    )
+    return checked_request(Request(**own, overrides=[text for _, text in kept]))
 
 
 def _key_of(entry: str) -> str:
@@ -59,12 +58,16 @@ def _key_of(entry: str) -> str:
 
 def described(request: Request, last: Request) -> str:
     """Return in one line what runs, and which of it nobody named now."""
-    data = [] if request.data == NO_DATA else [f"plans.root={request.data}"]
-    said = [f"experiment={request.experiment}", *request.overrides, *data]
-    before = [f"experiment={last.experiment}", *last.overrides, *([f"plans.root={last.data}"] if data else [])]
+    said, before = _said(request), _said(last)
     gone = [entry for entry in before if entry.partition("=")[0] not in {text.partition("=")[0] for text in said}]
     dropped = f"; no longer {' '.join(gone)}" if gone else ""
     return f"runs {' '.join(said)}{dropped}"
+
+
+def _said(request: Request) -> list[str]:
+    data = [] if request.data == NO_DATA else [f"plans.root={request.data}"]
+    parts = [] if request.parts == NO_PARTS else [f"parts={request.parts}"]
+    return [f"experiment={request.experiment}", *request.overrides, *data, *parts]
 
 
 def fallbacks(overrides: Sequence[str], raw: DictConfig, request: Request) -> list[str]:
@@ -92,7 +95,9 @@ def fallbacks(overrides: Sequence[str], raw: DictConfig, request: Request) -> li
 def write_request(request: Request) -> None:
     """Write ``request`` to params.yaml, keeping the comment at its head; an equal file stays untouched."""
     before = PARAMS.read_text(encoding="utf-8") if PARAMS.exists() else ""
-    content = {"experiment": request.experiment, "overrides": list(request.overrides), "data": request.data}
+    content = {entry.name: getattr(request, entry.name) for entry in fields(request)} | {
+        "overrides": list(request.overrides)
+    }
     if yaml.safe_load(before or "{}") == content:
         return
     head = "".join(f"{line}\n" for line in before.splitlines() if line.startswith("#"))

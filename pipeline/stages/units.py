@@ -1,6 +1,5 @@
 """Work in units that a killed run does not lose: each unit appears whole or not at all, and is done only once."""
 
-import hashlib
 import json
 import os
 import shutil
@@ -11,7 +10,6 @@ from typing import Any
 
 from joblib import Parallel, delayed
 
-import pipeline
 from pipeline.files import damage, sum_path, take_name, write_json
 from pipeline.stages.progress import track
 
@@ -95,20 +93,3 @@ def _remove(path: Path) -> None:
         shutil.rmtree(path)
     else:
         path.unlink(missing_ok=True)
-
-
-def digest_code(*packages: str) -> str:
-    """Return the sha256 over the sources of ``packages``, folders or files of ``pipeline``: edited code makes new work.
-
-    Raises ValueError for one that holds no source: a wrong name must not pass for code that never changes.
-    """
-    root = Path(pipeline.__file__).parent
-    total = hashlib.sha256()
-    for package in packages:
-        place = root / package
-        sources = [place] if place.is_file() else sorted(place.rglob("*.py"))
-        if not sources:
-            raise ValueError(f"{package}: no source under {root}")
-        for source in sources:
-            total.update(source.relative_to(root).as_posix().encode() + source.read_bytes())
-    return total.hexdigest()

@@ -11,7 +11,7 @@ from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.protocols import Estimates
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Subgoal, Surroundings
-from pipeline.simulation.trial import run_trial
+from pipeline.simulation.trial import Robot, run_trial
 from pipeline.simulation.world import make_world
 from pipeline.systems.subgoals.planner import SubgoalPlanner
 from tests.worlds import draw, small_lidar
@@ -82,7 +82,7 @@ class Liar(OptimisticPlanner):
 def drive(planner: OptimisticPlanner | SubgoalPlanner, reach: float = 5.2) -> None:
     drawn = draw(*WALLED)
     world = make_world("walled", drawn.grid, 0.0)
-    run_trial(world, drawn.start, drawn.goal, planner, lidar=small_lidar(reach), step_m=1.0,
+    run_trial(world, drawn.start, drawn.goal, planner, robot=Robot(small_lidar(reach), step_m=1.0),
               rng=np.random.default_rng(0))  # fmt: skip
 
 

@@ -8,11 +8,11 @@ import pytest
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.protocols import Planner
 from pipeline.planning.seen import Seen
-from pipeline.simulation.trial import Ending, run_trial
+from pipeline.simulation.trial import Ending, Robot, run_trial
 from pipeline.simulation.world import World, make_world
-from pipeline.systems.subgoals import competition
 from pipeline.systems.subgoals.perfect import PerfectEstimator
 from pipeline.systems.subgoals.planner import SubgoalPlanner
+from tests.systems.contestants import NAMES, contestant, ground_of
 from tests.systems.networks import untrained
 from tests.worlds import DEAD_END, TWO_ROOMS, draw, small_lidar
 
@@ -23,16 +23,6 @@ PLANNERS: dict[str, Callable[[World], Planner]] = {
     "learned, robot frame": lambda world: SubgoalPlanner(estimator=untrained("robot")),
     "learned, map": lambda world: SubgoalPlanner(estimator=untrained("map")),
 }
-
-
-RULES = competition.Rules(
-    lidar=small_lidar(3.0),
-    step_m=1.0,
-    merge_m=0.0,
-    weight_floor_m=1.0,
-    max_steps=500,
-    plan_over=lambda estimator: SubgoalPlanner(estimator=estimator),
-)
 
 
 class Checked:
@@ -52,7 +42,7 @@ def check_planner(make: Callable[[World], Planner], lines: tuple[str, ...]) -> N
     drawn = draw(*lines)
     world = make_world("contract", drawn.grid, 0.0)
     runs = [
-        run_trial(world, drawn.start, drawn.goal, Checked(make(world)), lidar=small_lidar(3.0), step_m=1.0,
+        run_trial(world, drawn.start, drawn.goal, Checked(make(world)), robot=Robot(small_lidar(3.0), step_m=1.0),
                   rng=np.random.default_rng(0), max_steps=500)
         for _ in range(2)
     ]  # fmt: skip
@@ -67,28 +57,13 @@ def test_planner_keeps_the_contract(name: str, lines: tuple[str, ...]) -> None:
 
 
 @pytest.mark.parametrize("lines", [TWO_ROOMS, DEAD_END])
-@pytest.mark.parametrize("name", competition.PLANNERS)
-def test_each_planner_of_the_competition_drives_alike_twice(name: str, lines: tuple[str, ...]) -> None:
-    drawn = draw(*lines)
-    world = make_world("contract", drawn.grid, 0.0)
-    found = [
-        competition.drive(name, world, drawn.start, drawn.goal, RULES, trial_id="a", learned=untrained("subgoal"),
-                          rng=np.random.default_rng(0))
-        for _ in range(2)
-    ]  # fmt: skip
-    assert found[0].planner == name and found[0].episode.ending is Ending.REACHED
-    assert np.array_equal(found[0].episode.path, found[1].episode.path)
-    assert found[0].estimates == found[1].estimates
-    assert bool(found[0].estimates) == (name == "learned") and bool(found[0].frontiers) == (name != "optimistic")
-
-
-def test_the_competition_names_its_planners() -> None:
-    drawn = draw(*TWO_ROOMS)
-    world = make_world("contract", drawn.grid, 0.0)
-    for name, learned in (("greedy", untrained("map")), ("learned", None)):
-        with pytest.raises(ValueError, match=f"planner '{name}': expected one of .*, with an estimator for 'learned'"):
-            competition.drive(name, world, drawn.start, drawn.goal, RULES, trial_id="a", learned=learned,
-                              rng=np.random.default_rng(0))  # fmt: skip
+@pytest.mark.parametrize("name", NAMES)
+def test_each_competitor_drives_alike_twice(name: str, lines: tuple[str, ...]) -> None:
+    entrant, place = contestant(name), ground_of(draw(*lines))
+    found = [entrant.drive(*place, np.random.default_rng(0)) for _ in range(2)]
+    assert found[0].ending == "reached"
+    assert np.array_equal(found[0].replay.path, found[1].replay.path)
+    assert found[0].side == found[1].side
 
 
 class _Scribbler(OptimisticPlanner):

@@ -62,7 +62,7 @@ def read_published(path: Path) -> list[TrialRow]:
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_published_costs_give_the_published_ratio(name: str) -> None:
     rows = read_published(DATA / f"{name}.txt")
-    learned = summarise(trials_table(rows), None, 0, resamples=1000)["planners"]["learned"]
+    learned = summarise(trials_table(rows), 0, resamples=1000)["competitors"]["learned"]
     ours, base, ratio = PUBLISHED[name]
     assert learned["pairs"] + sum(learned["excluded"].values()) == 1000
     assert sum(learned["excluded"].values()) == (2 if name.startswith("floorplan") else 0)  # start and goal in one cell
@@ -78,11 +78,11 @@ def test_published_costs_give_the_published_ratio(name: str) -> None:
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_both_slopes_of_the_published_costs(name: str) -> None:
     rows = read_published(DATA / f"{name}.txt")
-    base, ours = (np.array([row.cost_m for row in rows if row.planner == key]) for key in ("optimistic", "learned"))
+    base, ours = (np.array([row.cost_m for row in rows if row.competitor == key]) for key in ("optimistic", "learned"))
     lines = [fit_ransac_line(base, ours, rng=np.random.default_rng(seed), threshold_m=200.0) for seed in range(6)]
     slopes = [round(line.slope, 3) for line in lines if line is not None]
     assert (min(slopes), max(slopes)) == WITH_INTERCEPT[name]
-    found = summarise(trials_table(rows), None, 1, ransac_threshold_m=200.0, resamples=10)["planners"]["learned"]
+    found = summarise(trials_table(rows), 1, ransac_threshold_m=200.0, resamples=10)["competitors"]["learned"]
     low, high = WITH_INTERCEPT[name]
     assert low <= round(found["ransac_slope"], 3) <= high
     assert round(found["trimmed_slope"], 3) == THROUGH_ORIGIN[name]
@@ -95,5 +95,5 @@ def test_a_failed_run_counts_as_the_better_of_the_two(tmp_path: Path) -> None:
         "[Learn] [ERR] s: 2 | learned: 9.5 | baseline: 4.0\n[Learn] [ERR] s: 3 | learned: 1.5 | baseline: 4.0\n"
     )
     rows = read_published(path)
-    assert [row.cost_m for row in rows if row.planner == "learned"] == [5.0, 4.0, 1.5]
-    assert [row.cost_m for row in rows if row.planner == "optimistic"] == [4.0, 4.0, 1.5]
+    assert [row.cost_m for row in rows if row.competitor == "learned"] == [5.0, 4.0, 1.5]
+    assert [row.cost_m for row in rows if row.competitor == "optimistic"] == [4.0, 4.0, 1.5]

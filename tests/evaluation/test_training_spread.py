@@ -10,8 +10,8 @@ from tests.evaluation.rows import table_of
 
 def run(train_seed: int | None, *learned: float, optimistic: float = 30.0) -> dict[str, Any]:
     table = table_of({"optimistic": [10.0, 20.0, optimistic], "learned": learned})
-    network = None if train_seed is None else {"train.seed": train_seed}
-    return summarise(table, None, 0, network=network, resamples=50)
+    made_with = None if train_seed is None else {"learned": {"train.seed": train_seed}}
+    return summarise(table, 0, made_with=made_with, resamples=50)
 
 
 def test_rows_by_seed_then_mean_spread_and_range() -> None:
@@ -29,7 +29,7 @@ def test_rows_by_seed_then_mean_spread_and_range() -> None:
     [
         (run(0, 8.0, 16.0, 24.0), "a and b: both have train.seed = 0"),
         (run(None, 8.0, 16.0, 24.0), "b: does not say the train.seed"),
-        (run(1, 8.0, 16.0, 24.0, optimistic=31.0), r"b: cost of optimistic \[m\] = 61.0, but a has 60.0"),
+        (run(1, 8.0, 16.0, 24.0, optimistic=31.0), r"b: cost of the baseline \[m\] = 61.0, but a has 60.0"),
         (run(1, 8.0, 16.0, 24.0) | {"seed": 5}, "b: seed = 5, but a has 0: only train.seed may differ"),
     ],
 )

@@ -9,25 +9,20 @@ from pipeline.errors import TableError
 from pipeline.evaluation.trials import (
     TRIALS,
     EpisodeRow,
-    EstimateRow,
+    competitors_in,
     digest,
     episodes_table,
-    estimates_table,
-    planners_in,
     read_episodes,
-    read_estimates,
     read_trials,
     trial_rows,
     trials_table,
     write_episodes,
-    write_estimates,
     write_trials,
 )
 from pipeline.files import write_sum, write_table
 from tests.evaluation.rows import table_of, trial
 
 ROWS = [trial("b/0", "learned", 2.5), trial("a/0", "optimistic", 4.0), trial("a/0", "learned", 3.0)]
-ESTIMATE = EstimateRow("a/0", 3, 0.25, 1.0, 2.0, True, 1.5, None, 4.0)
 
 
 def an_episode(**changes: object) -> EpisodeRow:
@@ -42,12 +37,7 @@ def an_episode(**changes: object) -> EpisodeRow:
 def test_trials_come_back_sorted_and_whole(tmp_path: Path) -> None:
     write_trials(tmp_path / "trials.parquet", ROWS)
     found = trial_rows(read_trials(tmp_path / "trials.parquet"))
-    assert found == sorted(ROWS, key=lambda row: (row.trial_id, row.planner))
-
-
-def test_estimates_keep_what_is_unknown_as_null(tmp_path: Path) -> None:
-    write_estimates(tmp_path / "estimates.parquet", [ESTIMATE])
-    assert read_estimates(tmp_path / "estimates.parquet").to_pylist() == [ESTIMATE._asdict()]
+    assert found == sorted(ROWS, key=lambda row: (row.trial_id, row.competitor))
 
 
 def test_episodes_come_back_with_maps_and_paths(tmp_path: Path) -> None:
@@ -59,8 +49,8 @@ def test_episodes_come_back_with_maps_and_paths(tmp_path: Path) -> None:
 
 
 def test_units_and_frames_are_in_the_schema() -> None:
-    assert TRIALS.field("cost_m").metadata == {b"unit": b"m"}
-    assert TRIALS.field("goal_y_m").metadata == {b"unit": b"m", b"frame": b"world"}
+    assert TRIALS.schema.field("cost_m").metadata == {b"unit": b"m"}
+    assert TRIALS.schema.field("goal_y_m").metadata == {b"unit": b"m", b"frame": b"world"}
 
 
 def test_digest_leaves_out_seconds_and_order_but_nothing_else() -> None:
@@ -76,15 +66,21 @@ def test_digest_does_not_depend_on_chunks(tmp_path: Path) -> None:
     assert digest(chunked) == digest(table)
 
 
-def test_planners_come_in_reading_order() -> None:
+def test_competitors_come_by_role_and_place() -> None:
     names = ("known_map", "perfect", "zigzag", "learned", "optimistic")
-    assert planners_in(table_of({name: [1.0] for name in names})) == [
-        "optimistic", "learned", "zigzag", "perfect", "known_map",
-    ]  # fmt: skip
+    found = competitors_in(table_of({name: [1.0] for name in names}))
+    assert [entry.name for entry in found] == ["optimistic", "learned", "zigzag", "perfect", "known_map"]
+    assert [entry.role for entry in found] == ["baseline", "candidate", "candidate", "bound", "bound"]
+    assert found[4].title == "known map"
+
+
+def test_a_table_without_one_baseline_is_refused() -> None:
+    with pytest.raises(TableError, match=r"the competitors in the role baseline are \[\], expected exactly one"):
+        competitors_in(table_of({"learned": [1.0]}))
 
 
 BAD_TRIALS = {
-    "twice": ([ROWS[0], ROWS[0]], "'b/0' of planner 'learned' comes twice"),
+    "twice": ([ROWS[0], ROWS[0]], "'b/0' of competitor 'learned' comes twice"),
     "ending": ([ROWS[0]._replace(ending="lost")], "ended 'lost', expected one of"),
     "nan": ([ROWS[0]._replace(cost_m=float("nan"))], "costs nan m, expected a finite distance"),
     "negative": ([ROWS[0]._replace(cost_m=-1.0)], "costs -1.0 m"),
@@ -100,12 +96,6 @@ def test_bad_trials_are_refused(case: str) -> None:
         trials_table(rows)
 
 
-@pytest.mark.parametrize("chance", [-0.1, 1.1, float("nan")])
-def test_a_probability_must_be_one(chance: float) -> None:
-    with pytest.raises(TableError, match="expected 0 to 1"):
-        estimates_table([ESTIMATE._replace(p_success=chance)])
-
-
 def test_maps_of_an_episode_must_fit() -> None:
     with pytest.raises(TableError, match=r"truth \(2, 3\) and known \(3, 3\)"):
         episodes_table([an_episode(known=np.zeros((3, 3), np.uint8))])
@@ -118,8 +108,8 @@ def test_a_missing_file_names_the_stage(tmp_path: Path) -> None:
 
 def test_another_table_is_refused(tmp_path: Path) -> None:
     write_trials(tmp_path / "trials.parquet", ROWS)
-    with pytest.raises(TableError, match="'trials' version 1, this code reads table 'estimates' version 1"):
-        read_estimates(tmp_path / "trials.parquet")
+    with pytest.raises(TableError, match="'trials' version 2, this code reads table 'episodes' version 2"):
+        read_episodes(tmp_path / "trials.parquet")
 
 
 def test_another_version_is_refused(tmp_path: Path) -> None:

@@ -191,3 +191,61 @@ def test_an_unreadable_manifest_within_an_archive_is_named_as_a_person_knows_it(
         with pytest.raises(PlanError) as refusal:
             list(read_plans(file, READERS["mit_campus_grids"]))
     assert str(refusal.value).startswith(f"{archive}/manifest.csv: not a readable manifest")
+
+
+def split(file: Path, plan_id: str = "p") -> str | None:
+    found = find_manifest(lone_file(file))
+    return None if found is None else found.split_of(plan_id)
+
+
+def test_a_line_says_its_split_and_that_of_its_building(tmp_path):
+    table(tmp_path, "file,building,split", "a.npz,B, Test ", "b.npz,B,", "c.npz,C,", "d.npz,,train")
+    assert [split(tmp_path / f"{name}.npz") for name in "abcde"] == ["test", "test", None, "train", None]
+    (plan,) = read_plan_file(write_npz(tmp_path / "b.npz"), "mit_campus_grids")
+    assert (plan.building, plan.split) == ("B", "test")
+
+
+def test_a_folder_whose_lines_agree_gives_its_split_to_files_without_a_line(tmp_path):
+    table(
+        tmp_path,
+        "file,split",
+        "lab/a.png,train",
+        "lab/b.png,train",
+        "hall/a.png,train",
+        "hall/b.png,test",
+        "den/a.png,validation",
+        "den/b.png,",
+    )
+    assert [split(tmp_path / place) for place in ("lab/x.yaml", "hall/x.yaml", "den/x.yaml", "den/b.yaml")] == [
+        "train",
+        None,
+        None,
+        None,
+    ]
+
+
+def test_a_building_in_two_splits_is_refused_with_both_rows(tmp_path):
+    table(tmp_path, "file,building,split", "a.npz,B,train", "b.npz,C,test", '"c.npz","B",test')
+    with pytest.raises(PlanError) as refusal:
+        find_manifest(lone_file(tmp_path / "b.npz"))
+    said = str(refusal.value)
+    manifest = tmp_path / "manifest_dev.csv"
+    assert said.startswith(
+        f"{manifest}, line 4 (c.npz): building B is in split test, and in train by {manifest}, line 2"
+    )
+    assert "(a.npz)" in said
+
+
+def test_two_tables_of_a_folder_are_checked_together(tmp_path):
+    table(tmp_path, "file,building,split", "a.npz,B,train", name="manifest_1.csv")
+    table(tmp_path, "file,building,split", "b.npz,B,validation", name="manifest_2.csv")
+    with pytest.raises(PlanError, match=r"manifest_2\.csv, line 2 \(b\.npz\).*manifest_1\.csv, line 2 \(a\.npz\)"):
+        find_manifest(lone_file(tmp_path / "a.npz"))
+
+
+def test_a_split_that_is_none_is_refused(tmp_path):
+    table(tmp_path, "file,split", "a.npz,dev")
+    with pytest.raises(
+        PlanError, match=r"line 2 \(a\.npz\): split = dev, expected train, validation, test, or nothing"
+    ):
+        find_manifest(lone_file(tmp_path / "a.npz"))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.planning.optimistic import OptimisticPlanner
-from pipeline.simulation.trial import run_trial
+from pipeline.simulation.trial import Robot, run_trial
 from pipeline.simulation.world import make_world
 from pipeline.systems.subgoals.perfect import PerfectEstimator
 from pipeline.systems.subgoals.planner import SubgoalPlanner
@@ -28,7 +28,12 @@ def episodes(name: str) -> dict[str, Any]:
     for planner in ("optimistic", "perfect"):
         driver = OptimisticPlanner() if planner == "optimistic" else SubgoalPlanner(estimator=PerfectEstimator(world))
         episode = run_trial(
-            world, drawn.start, drawn.goal, driver, lidar=small_lidar(3.0), step_m=1.8, rng=np.random.default_rng(0)
+            world,
+            drawn.start,
+            drawn.goal,
+            driver,
+            robot=Robot(small_lidar(3.0), step_m=1.8),
+            rng=np.random.default_rng(0),
         )
         rows, cols = np.divmod(episode.path, world.grid.cells.shape[1])
         found[planner] = {

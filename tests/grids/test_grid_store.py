@@ -16,7 +16,7 @@ from pipeline.grids.store import (
     write_pairs,
     write_worlds,
 )
-from pipeline.tables import table_schema
+from pipeline.tables import Table
 from tests.worlds import TWO_ROOMS, draw
 
 WORLD = draw(*TWO_ROOMS, resolution=0.5)
@@ -47,7 +47,7 @@ def test_maps_made_for_another_robot_are_refused(tmp_path):
 def test_a_table_of_another_version_says_what_to_run(tmp_path):
     write_pairs(tmp_path, [PAIR])
     table = pq.read_table(tmp_path / "pairs.parquet")
-    newer = table_schema("pairs", 2, list(PAIRS))
+    newer = Table("pairs", 2, list(PAIRS.schema), stage="rasterize").schema
     write_table(tmp_path / "pairs.parquet", pa.Table.from_pylist(table.to_pylist(), schema=newer))
     with pytest.raises(
         TableError, match=r"holds table 'pairs' version 2, this code reads table 'pairs' version 1. Run"

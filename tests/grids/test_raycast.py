@@ -6,7 +6,7 @@ import pytest
 from pipeline.grids.beams import beam_directions, beam_tree, plant_beams
 from pipeline.grids.inflate import disk_offsets, inflate
 from pipeline.grids.occupancy import FREE, OCCUPIED, UNKNOWN
-from pipeline.grids.partial_map import BLOCKED, CHANGES, CLEAR, OBSTACLES, UNSEEN, PartialMap, unseen_map
+from pipeline.grids.partial_map import BLOCKED, CHANGES, CLEAR, OBSTACLES, UNSEEN, PartialMap, enter, unseen_map
 from pipeline.grids.raycast import scan
 from tests.twins import slow_range
 from tests.worlds import cells_from, scattered
@@ -14,15 +14,15 @@ from tests.worlds import cells_from, scattered
 
 def scan_along(cells: np.ndarray, row: int, col: int, directions: np.ndarray, reach: float) -> np.ndarray:
     tree = plant_beams(directions, reach, cells.shape[1])
-    return scan(cells, unseen_map(*cells.shape), row, col, tree, disk_offsets(0.0))[0]
+    return scan(cells, row, col, tree, 0, len(directions))[0]
 
 
 def scan_into(
     cells: np.ndarray, row: int, col: int, radius: float = 0.0, reach: float = 50.0, beams: int = 512
 ) -> tuple[PartialMap, int]:
     map_ = unseen_map(*cells.shape)
-    _, fresh = scan(cells, map_, row, col, beam_tree(beams, reach, cells.shape[1]), disk_offsets(radius))
-    return map_, fresh
+    _, seen, occupancy = scan(cells, row, col, beam_tree(beams, reach, cells.shape[1]), 0, beams)
+    return map_, enter(map_, seen, occupancy, disk_offsets(radius))
 
 
 def test_ranges_along_the_axes() -> None:
@@ -54,7 +54,8 @@ def test_many_beams_together_see_what_each_sees_alone(seed: int) -> None:
     alone, disk = unseen_map(30, 30), disk_offsets(1.0)
     ranges = scan_along(cells, row, col, directions, 17.0)
     for beam, direction in enumerate(directions):
-        (found,), _ = scan(cells, alone, row, col, plant_beams(direction[None], 17.0, 30), disk)
+        (found,), seen, occupancy = scan(cells, row, col, plant_beams(direction[None], 17.0, 30), 0, 1)
+        enter(alone, seen, occupancy, disk)
         assert found == ranges[beam]
     assert np.array_equal(together.known, alone.known) and np.array_equal(together.status, alone.status)
 
@@ -98,7 +99,8 @@ def test_the_journals_name_each_change_and_nothing_else(seed: int) -> None:
     for row, col in rng.permutation(np.argwhere(cells == FREE))[:12]:
         before, (changes, obstacles) = map_.status.copy(), map_.written.tolist()
         occupied = map_.known == OCCUPIED
-        scan(cells, map_, int(row), int(col), tree, disk_offsets(1.0))
+        _, seen, met = scan(cells, int(row), int(col), tree, 0, 256)
+        enter(map_, seen, met, disk_offsets(1.0))
         named = map_.changes[changes : map_.written[CHANGES]]
         assert set(np.flatnonzero(before != map_.status)) == set(named.tolist())
         found = map_.obstacles[obstacles : map_.written[OBSTACLES]]

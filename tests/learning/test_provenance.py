@@ -4,10 +4,11 @@ MADE_WITH = {"robot.merge_m": 0.4, "sensor.beams": 1024, "harvest.map_views": Tr
 
 
 def test_each_difference_is_one_sentence_with_both_values() -> None:
-    present = {"sensor.beams": 512, "robot.merge_m": 0.4, "robot.step_m": 0.5}
+    present = {"sensor.beams": 512, "robot.merge_m": 0.4, "robot.step_m": 0.5, "robot.turn_m": 0.0}
     assert made_differently(MADE_WITH, present) == [
-        "The network does not say its robot.step_m; these trials are driven with 0.5.",
         "The network was made with sensor.beams = 1024; these trials are driven with 512.",
+        "The network does not say what it was made with of some settings: these trials are driven with robot.step_m = "
+        "0.5, robot.turn_m = 0.0.",
     ]
 
 

@@ -98,15 +98,30 @@ def test_dropout_is_repeatable_and_even_over_columns() -> None:
     assert float(((first == 0).float().mean(dim=0) - 0.5).abs().max()) < 0.04
 
 
-def test_mean_losses_start_anew_when_taken() -> None:
-    training = SubgoalTraining(SubgoalNet())
-    strides = [[training.losses(make_batch([1.0, 0.0, 1.0])) for _ in range(count)] for count in (3, 1, 2)]
-    training.keep(strides[0])
-    training.keep(strides[1])
-    for part, mean in enumerate(training.take_mean_losses()):
-        assert mean == pytest.approx(sum(float(losses[part].detach()) for losses in strides[0] + strides[1]) / 4)
-    training.keep(strides[2])
-    assert training.take_mean_losses()[0] == pytest.approx(sum(float(losses[0].detach()) for losses in strides[2]) / 2)
+def rows_of(batch: Batch) -> dict[str, torch.Tensor]:
+    return dict(zip(("inputs", "leads", "targets_m", "weight"), batch, strict=True))
+
+
+def test_the_losses_of_a_batch_have_names_and_the_first_is_minimised() -> None:
+    net = SubgoalNet().eval()
+    training = SubgoalTraining(net, success_weight=0.5, exploration_weight=2.0)
+    batch = make_batch([1.0, 0.0, 1.0])
+    found = training.losses(rows_of(batch))
+    expected = subgoal_losses(
+        net(batch.inputs_BI), net.scale(batch.targets_m_BT), batch, success_weight=0.5, exploration_weight=2.0
+    )
+    assert list(found) == ["loss", "weighted_cross_entropy", "delta_success_error", "exploration_error"]
+    assert list(found.values()) == list(expected)
+    torch.testing.assert_close(training.training_step(rows_of(batch), 0), found)
+
+
+def test_validation_over_blocks_is_that_over_all_rows_whatever_applies_in_each() -> None:
+    training = SubgoalTraining(SubgoalNet().eval(), success_weight=0.5, exploration_weight=2.0)
+    rows = rows_of(make_batch([1.0, 1.0, 0.0, 0.0, 0.0]))
+    blocks = [{name: part[block] for name, part in rows.items()} for block in (slice(0, 2), slice(2, 5))]
+    with torch.no_grad():
+        found, expected = training.validate(blocks), training.losses(rows)
+    assert found == pytest.approx({name: float(value) for name, value in expected.items()}, rel=1e-5)
 
 
 def test_losses_of_blocks_join_to_those_of_all_rows() -> None:

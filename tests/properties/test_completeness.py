@@ -13,11 +13,11 @@ from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.protocols import Estimates, Planner
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Subgoal, Surroundings
-from pipeline.simulation.trial import Ending, Episode, run_trial
+from pipeline.simulation.trial import Ending, Episode, Robot, run_trial
 from pipeline.simulation.world import World, known_map_distance, make_world
-from pipeline.systems.subgoals import competition
 from pipeline.systems.subgoals.perfect import PerfectEstimator
 from pipeline.systems.subgoals.planner import SubgoalPlanner
+from tests.systems.contestants import NAMES, contestant, ground_of
 from tests.systems.networks import untrained
 from tests.worlds import Drawing, cluttered_worlds, small_lidar
 
@@ -96,10 +96,8 @@ def test_every_reachable_goal_is_reached(name: str) -> None:
             drawn.start,
             drawn.goal,
             PLANNERS[name](world, seed),
-            lidar=small_lidar(max_range_m=reach),
-            step_m=step,
+            robot=Robot(small_lidar(max_range_m=reach), step_m=step, merge_m=merge),
             rng=np.random.default_rng(seed),
-            merge_m=merge,
         )
         check_trial(world, drawn, episode)
 
@@ -107,16 +105,12 @@ def test_every_reachable_goal_is_reached(name: str) -> None:
     assert tried > 400, "most worlds were passed over: the property says little"
 
 
-@pytest.mark.parametrize("name", competition.PLANNERS)
-def test_every_reachable_goal_is_reached_in_the_competition(name: str) -> None:
-    rules = competition.Rules(
-        lidar=small_lidar(max_range_m=4.0, noise_m=0.5),
-        step_m=0.9,
-        merge_m=1.0,
-        weight_floor_m=1.0,
-        max_steps=None,
-        plan_over=lambda estimator: SubgoalPlanner(estimator=estimator, max_subgoals=3),
-    )
+@pytest.mark.parametrize("name", NAMES)
+def test_every_reachable_goal_is_reached_in_the_contest(name: str) -> None:
+    entrants = [
+        contestant(name, frame=frame, reach=4.0, noise=0.5, step=0.9, merge=1.0, max_subgoals=3)
+        for frame in ("subgoal", "map")
+    ]
     tried = 0
 
     @settings(deadline=None, max_examples=300)
@@ -127,11 +121,11 @@ def test_every_reachable_goal_is_reached_in_the_competition(name: str) -> None:
         if world is None:
             return
         tried += 1
-        found = competition.drive(name, world, drawn.start, drawn.goal, rules, trial_id=f"{seed}",
-                                  learned=NETWORKS["map" if seed % 2 else "subgoal"][0],
-                                  rng=np.random.default_rng(seed))  # fmt: skip
-        check_trial(world, drawn, found.episode)
-        for row in found.estimates:
+        ground, pair = ground_of(drawn._replace(grid=world.grid), radius)
+        found = entrants[seed % 2].drive(ground, pair, np.random.default_rng(seed))
+        assert found.ending == ("reached" if np.isfinite(pair.known_map_m) else "unreachable")
+        assert found.ending != "reached" or found.cost_m >= pair.known_map_m - 1e-6
+        for row in found.side.get("estimates", []):
             assert 0.0 < row.p_success < 1.0 and row.delta_success_m >= 0.0 and row.exploration_m >= 0.0
             assert (row.true_exploration_m is None) == row.leads_to_goal != (row.true_delta_success_m is None)
 

@@ -16,7 +16,7 @@ from pipeline.grids.sampling import sample_ends
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.protocols import Planner
 from pipeline.simulation.lidar import make_lidar
-from pipeline.simulation.trial import Ending, run_trial
+from pipeline.simulation.trial import Ending, Robot, run_trial
 from pipeline.simulation.world import World, make_world
 from pipeline.systems.subgoals.perfect import PerfectEstimator
 from pipeline.systems.subgoals.planner import SubgoalPlanner
@@ -67,9 +67,7 @@ def test_in_random_worlds() -> None:
             drawn.start,
             drawn.goal,
             follower,
-            lidar=small_lidar(reach),
-            step_m=0.9,
-            merge_m=merge,
+            robot=Robot(small_lidar(reach), step_m=0.9, merge_m=merge),
             rng=np.random.default_rng(0),
         )
         compared += follower.compared
@@ -93,9 +91,7 @@ def test_on_real_floors(name: str) -> None:
             ends.start,
             ends.goal,
             follower,
-            lidar=lidar,
-            step_m=0.9,
-            merge_m=1.2,
+            robot=Robot(lidar, step_m=0.9, merge_m=1.2),
             rng=np.random.default_rng(0),
             max_steps=150,
         )

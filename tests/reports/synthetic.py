@@ -4,19 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.evaluation.trials import (
-    PLANNERS,
-    EpisodeRow,
-    EstimateRow,
-    TrialRow,
-    write_episodes,
-    write_estimates,
-    write_trials,
-)
+from pipeline.evaluation.summary import summarise
+from pipeline.evaluation.trials import EpisodeRow, TrialRow, write_episodes, write_trials
 from pipeline.files import write_json
 from pipeline.grids.occupancy import FREE, OCCUPIED, UNKNOWN
 from pipeline.learning.curves import CurvePoint, write_curves
+from pipeline.systems.subgoals.estimates import EstimateRow, estimates_table, measure_estimates
 
+ROLES = {"optimistic": "baseline", "learned": "candidate", "perfect": "bound", "known_map": "bound"}
 REMARK = "The network was made with sensor.max_range_m = 6.0, these trials are driven with 8.0."
 
 
@@ -24,13 +19,13 @@ def write_artifacts(root: Path, *, trials: int = 80, buildings: int = 4, recorde
     """Write a whole folder and return it."""
     rng = np.random.default_rng(seed)
     rows = [row for index in range(trials) for row in made_up_trial(rng, index, f"building-{index % buildings}")]
-    write_trials(root / "evaluate/trials.parquet", rows)
-    write_estimates(root / "evaluate/estimates.parquet", made_up_estimates(rng, 600))
-    costs = {(row.trial_id, row.planner): row.cost_m for row in rows}
+    table = write_trials(root / "evaluate/trials.parquet", rows)
+    measures = measure_estimates({"estimates": estimates_table(made_up_estimates(rng, 600))})
+    costs = {(row.trial_id, row.competitor): row.cost_m for row in rows}
     episodes = [
-        made_up_episode(trial_id, planner, costs[trial_id, planner])
+        made_up_episode(trial_id, name, costs[trial_id, name])
         for trial_id in sorted({row.trial_id for row in rows})[:recorded]
-        for planner in ("optimistic", "learned")
+        for name in ("optimistic", "learned")
     ]
     write_episodes(root / "evaluate/episodes.parquet", episodes)
     points = [
@@ -43,18 +38,19 @@ def write_artifacts(root: Path, *, trials: int = 80, buildings: int = 4, recorde
     write_json(
         root / "train/train.json", {"steps": 10000, "train": {"auc": 0.94}, "validation": {"auc": 0.91, "rows": 4000.0}}
     )
-    write_json(root / "evaluate/summary.json", {"settings": {"ransac_threshold_m": 3.0}, "remarks": [REMARK]})
+    summary = summarise(table, 7, measures=measures, ransac_threshold_m=3.0, remarks=[REMARK], resamples=200)
+    write_json(root / "evaluate/summary.json", summary)
     write_json(root / "harvest/harvest.json", {"datums": 31234, "plans": 90, "digest": "ab" * 32})
     return root
 
 
 def made_up_trial(rng: np.random.Generator, index: int, building: str) -> list[TrialRow]:
-    """Return one trial of all planners; roughly one in thirty goes badly for the learned planner."""
+    """Return one trial of all competitors; roughly one in thirty goes badly for the learned planner."""
     known = rng.uniform(8.0, 30.0)
     optimistic = known * rng.uniform(1.0, 2.4)
     perfect = min(optimistic, known * rng.uniform(1.0, 1.4))
     learned = optimistic * rng.uniform(1.2, 1.6) if index % 30 == 17 else min(optimistic, known * rng.uniform(1, 1.9))
-    costs = dict(zip(PLANNERS, (optimistic, learned, perfect, known), strict=True))
+    costs = dict(zip(ROLES, (optimistic, learned, perfect, known), strict=True))
     return [
         TrialRow(
             trial_id=f"plan-{index:03d}/0",
@@ -62,18 +58,21 @@ def made_up_trial(rng: np.random.Generator, index: int, building: str) -> list[T
             building=building,
             environment="guided_maze",
             split="test",
-            planner=planner,
+            competitor=name,
+            role=ROLES[name],
+            title=name.replace("_", " "),
+            place=list(ROLES).index(name),
             cost_m=cost,
             ending="reached",
-            steps=0 if planner == "known_map" else 120,
-            decisions=0 if planner == "known_map" else 30,
-            seconds=0.0 if planner == "known_map" else 0.36,
+            steps=0 if name == "known_map" else 120,
+            decisions=0 if name == "known_map" else 30,
+            seconds=0.0 if name == "known_map" else 0.36,
             start_x_m=1.0,
             start_y_m=2.0,
             goal_x_m=9.0,
             goal_y_m=3.0,
         )
-        for planner, cost in costs.items()
+        for name, cost in costs.items()
     ]
 
 
@@ -87,6 +86,7 @@ def made_up_estimates(rng: np.random.Generator, count: int) -> list[EstimateRow]
         rows.append(
             EstimateRow(
                 trial_id=f"plan-{index % 40:03d}/0",
+                competitor="learned",
                 step=index // 40,
                 p_success=chance,
                 delta_success_m=delta + float(rng.normal(0.3, 1.0)),
@@ -100,7 +100,7 @@ def made_up_estimates(rng: np.random.Generator, count: int) -> list[EstimateRow]
     return rows
 
 
-def made_up_episode(trial_id: str, planner: str, cost_m: float) -> EpisodeRow:
+def made_up_episode(trial_id: str, competitor: str, cost_m: float) -> EpisodeRow:
     """Return a drive through two rows of rooms off a corridor; its eastern end stays unseen."""
     truth = np.full((41, 81), OCCUPIED, dtype=np.uint8)
     truth[18:23, 1:80] = FREE
@@ -117,11 +117,11 @@ def made_up_episode(trial_id: str, planner: str, cost_m: float) -> EpisodeRow:
     frontier_col = np.array([*range(21, 29), *range(31, 39), *([60] * 5)])
     frontier_row = np.array([*([24] * 16), *range(18, 23)])
     chance = np.repeat([0.15, 0.55, 0.9], [8, 8, 5])
-    if planner == "optimistic":
+    if competitor == "optimistic":
         frontier_col, frontier_row, chance = frontier_col[:0], frontier_row[:0], chance[:0]
     return EpisodeRow(
         trial_id=trial_id,
-        planner=planner,
+        competitor=competitor,
         plan_id=trial_id.split("/")[0],
         resolution_m=0.25,
         origin_x_m=-2.0,

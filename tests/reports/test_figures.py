@@ -9,8 +9,11 @@ from pipeline.evaluation.paired import PairedCosts
 from pipeline.evaluation.trimmed_line import fit_origin_line
 from pipeline.files import write_table
 from pipeline.reports.calibration import draw_reliability
-from pipeline.reports.scatter import draw_cost_scatter, draw_ratio_histogram
+from pipeline.reports.scatter import Named, draw_cost_scatter, draw_ratio_histogram
+from pipeline.reports.style import BLUE, colours_of
 from pipeline.reports.training import draw_training, read_curves
+
+OURS = Named("learned", BLUE)
 
 
 def costs(size: int) -> PairedCosts:
@@ -30,7 +33,7 @@ def legend_of(figure: Figure) -> list[str]:
 def test_the_scatter_has_equal_axes_and_says_slope_and_ratio(size: int) -> None:
     paired = costs(size)
     line = fit_origin_line(paired.baseline_m, paired.ours_m, rng=np.random.default_rng(0))
-    figure = draw_cost_scatter(paired, line, "learned", with_intercept=(0.625, -3.25))
+    figure = draw_cost_scatter(paired, line, OURS, "optimistic", with_intercept=(0.625, -3.25))
     (axes,) = figure.axes
     assert axes.get_aspect() == 1.0
     assert axes.get_xlim() == axes.get_ylim()
@@ -48,7 +51,7 @@ def test_the_scatter_has_equal_axes_and_says_slope_and_ratio(size: int) -> None:
 def test_inliers_are_filled_and_outliers_hollow() -> None:
     paired = costs(40)
     line = fit_origin_line(paired.baseline_m, paired.ours_m, rng=np.random.default_rng(0))
-    filled, hollow = draw_cost_scatter(paired, line, "learned").axes[0].collections[-2:]
+    filled, hollow = draw_cost_scatter(paired, line, OURS, "optimistic").axes[0].collections[-2:]
     assert (len(filled.get_offsets()), len(hollow.get_offsets())) == (38, 2)
     assert filled.get_facecolor().shape == (1, 4)
     assert hollow.get_facecolor().shape == (0, 4)
@@ -56,7 +59,7 @@ def test_inliers_are_filled_and_outliers_hollow() -> None:
 
 @pytest.mark.parametrize("ratios", [[1.0], [1.0, 1.0], [0.01, 100.0], [0.5, 0.9, 1.2]])
 def test_the_histogram_is_symmetric_about_one(ratios: list[float]) -> None:
-    low, high = draw_ratio_histogram({"learned": np.array(ratios)}).axes[0].get_xlim()
+    low, high = draw_ratio_histogram({OURS: np.array(ratios)}, "optimistic").axes[0].get_xlim()
     assert low == -high
     assert 2.0**high >= max(max(ratios), 1.0 / min(ratios))
 
@@ -90,3 +93,10 @@ def test_reliability_of_few_and_many_subgoals(size: int) -> None:
     rng = np.random.default_rng(0)
     chance = rng.random(size)
     assert draw_reliability(asdict(calibrate(chance, rng.random(size) < chance))).axes[0].get_xlim() == (0.0, 1.0)
+
+
+def test_the_baseline_and_the_first_candidate_always_look_the_same() -> None:
+    few = colours_of([("a", "baseline"), ("b", "candidate"), ("c", "bound")])
+    many = colours_of([("a", "baseline"), *((f"b{index}", "candidate") for index in range(9)), ("c", "bound")])
+    assert (many["a"], many["b0"], many["c"]) == (few["a"], few["b"], few["c"])
+    assert len({many["b0"], many["b1"], many["b2"], many["b3"]}) == 4

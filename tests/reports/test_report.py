@@ -1,3 +1,4 @@
+import json
 import re
 import shutil
 from html.parser import HTMLParser
@@ -7,8 +8,8 @@ import pytest
 from omegaconf import DictConfig, OmegaConf
 
 from pipeline.errors import ConfigError, TableError
-from pipeline.evaluation.trials import write_episodes, write_estimates, write_trials
-from pipeline.files import write_sum
+from pipeline.evaluation.trials import write_episodes, write_trials
+from pipeline.files import write_json, write_sum
 from pipeline.reports.inputs import read_inputs
 from pipeline.stages.report import report
 from tests.reports.synthetic import REMARK, write_artifacts
@@ -20,6 +21,7 @@ def config(artifacts: Path, **changes: object) -> DictConfig:
     return OmegaConf.create(
         {
             "seed": 7,
+            "system": "subgoals",
             "artifacts": str(artifacts),
             "execution": {"workers": 1, "progress": False},
             "sensor": {"beams": 1024, "max_range_m": 12.0},
@@ -88,7 +90,8 @@ def test_files_and_result(artifacts: Path, page: str, capsys: pytest.CaptureFixt
     folder = artifacts / "report"
     figures = {path.name for path in (folder / "figures").iterdir()}
     assert figures == {
-        "scatter_learned.png", "scatter_perfect.png", "ratios.png", "calibration.png", "training.png",
+        "scatter_learned.png", "scatter_perfect.png", "scatter_known_map.png", "ratios.png", "calibration_learned.png",
+        "training.png",
         "trajectories_0.png", "trajectories_1.png",
     }  # fmt: skip
     assert all(path.is_file() for path in result.files)
@@ -101,7 +104,6 @@ def test_files_and_result(artifacts: Path, page: str, capsys: pytest.CaptureFixt
 
 def test_figures_of_an_earlier_run_do_not_stay(artifacts: Path, tmp_path: Path) -> None:
     root = copied(artifacts, tmp_path)
-    (root / "evaluate/estimates.parquet").unlink()
     (root / "report/figures").mkdir(parents=True)
     (root / "report/figures/trajectories_7.png").touch()
     report(config(root, episodes=1))
@@ -109,8 +111,6 @@ def test_figures_of_an_earlier_run_do_not_stay(artifacts: Path, tmp_path: Path) 
 
 
 OPTIONAL = {
-    "evaluate/summary.json": "settings of the slopes are the default ones",
-    "evaluate/estimates.parquet": "no calibration",
     "evaluate/episodes.parquet": "no trajectories",
     "train/curves.parquet": "no training curves",
     "train/train.json": "no training summary",
@@ -129,14 +129,16 @@ def test_trials_alone_make_a_page_that_says_what_is_missing(artifacts: Path, tmp
     root = copied(artifacts, tmp_path)
     for missing in OPTIONAL:
         (root / missing).unlink()
-    assert report(config(root)).metrics["learned/reached"] == 80.0
+    assert report(config(root)).metrics["learned/finished"] == 80.0
     page = (root / "report/report.html").read_text(encoding="utf-8")
     assert all(f"{missing} is not there: {reason}." in page for missing, reason in OPTIONAL.items())
 
 
 def test_empty_tables_make_a_page(artifacts: Path, tmp_path: Path) -> None:
     root = copied(artifacts, tmp_path)
-    write_estimates(root / "evaluate/estimates.parquet", [])
+    summary = json.loads((root / "evaluate/summary.json").read_text(encoding="utf-8"))
+    summary["competitors"]["learned"]["measures"] = {}
+    write_json(root / "evaluate/summary.json", summary)
     write_episodes(root / "evaluate/episodes.parquet", [])
     report(config(root))
     assert "No estimates were recorded" in (root / "report/report.html").read_text(encoding="utf-8")
@@ -162,7 +164,7 @@ BROKEN = {
     "train/train.json": ("{", "not readable JSON"),
     "harvest/harvest.json": ("[1]", "got a JSON list, expected an object"),
     "train/curves.parquet": ("PAR1", "not a readable"),
-    "evaluate/estimates.parquet": ("PAR1", "not a readable parquet file"),
+    "evaluate/summary.json": ('{"version": 1}', "of version 1 or of other trials"),
 }
 
 

@@ -3,14 +3,18 @@
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
+from typing import Any
 
 import pytest
 from omegaconf import OmegaConf
 
+from pipeline.checking import note_taken_out
 from pipeline.errors import ConfigError
 from pipeline.planning import ordering
+from pipeline.settings import RobotConfig, SensorConfig, require
 from pipeline.stages.door import typed, workspace
-from pipeline.stages.settings import ExecutionConfig, PlannerConfig, RobotConfig, SensorConfig, require
+from pipeline.stages.settings import ExecutionConfig
+from pipeline.systems.subgoals.settings import PlannerConfig
 
 
 class Order(Enum):
@@ -25,6 +29,13 @@ class Corridor:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Shop:
+    sells: str
+    order: Order = Order.LAST
+    stock: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
 class TownConfig:
     resolution_m: float
     name: str | None = None
@@ -33,6 +44,7 @@ class TownConfig:
     order: Order = Order.FIRST
     widths_m: list[float] = field(default_factory=list)
     corridor: Corridor = field(default_factory=lambda: Corridor(width_m=1.0))
+    shops: dict[str, Shop] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         require(self.resolution_m > 0, "town.resolution_m", self.resolution_m, "above 0 m")
@@ -57,6 +69,16 @@ def test_interpolations_are_resolved() -> None:
     assert typed(TownConfig, raw, "town").resolution_m == 0.25
 
 
+def test_a_mapping_of_records_is_typed_entry_by_entry() -> None:
+    bakery, books = {"sells": "bread", "stock": {"rye": [1, 2]}}, {"sells": "books", "order": "FIRST"}
+    record = town(shops={"bakery": bakery, "closed": None, "books": books})
+    assert record.shops == {
+        "bakery": Shop(sells="bread", stock={"rye": [1, 2]}),
+        "books": Shop(sells="books", order=Order.FIRST),
+    }
+    assert list(record.shops) == ["bakery", "books"]
+
+
 REFUSED: list[tuple[dict[str, object], tuple[str, ...]]] = [
     ({"resolutoin_m": 0.2}, ("unknown key town.resolutoin_m", "Did you mean town.resolution_m?", "conf/town/")),
     ({"corridor": {"width": 2}}, ("unknown key town.corridor.width.", "Did you mean town.corridor.width_m?")),
@@ -74,6 +96,19 @@ REFUSED: list[tuple[dict[str, object], tuple[str, ...]]] = [
     ({"resolution_m": -1}, ("town.resolution_m = -1", "above 0 m")),
     ({"resolution_m": float("nan")}, ("town.resolution_m = nan", "above 0 m")),
     ({"name": "${nowhere}"}, ("town.name", "nowhere")),
+    (
+        {"shops": {"bakery": {"sels": "bread"}}},
+        ("unknown key town.shops.bakery.sels.", "Did you mean town.shops.bakery.sells?", "(conf/town/)"),
+    ),
+    ({"shops": {"bakery": {"order": "LAST"}}}, ("town.shops.bakery.sells is missing", "in conf/town/")),
+    (
+        {"shops": {"bakery": {"sells": "bread", "order": "NEVER"}}},
+        ("town.shops.bakery.order = 'NEVER'", "one of FIRST, LAST", "in conf/town/ "),
+    ),
+    ({"shops": {"bakery": {"sells": ["bread"]}}}, ("town.shops.bakery.sells = ['bread']: expected text",)),
+    ({"shops": {"bakery": {"sells": "x", "stock": 3}}}, ("town.shops.bakery.stock = 3: expected a mapping",)),
+    ({"shops": ["bakery"]}, ("town.shops = ['bakery']", "a mapping of names to mappings with the keys sells, order")),
+    ({"shops": {"bakery": "bread"}}, ("town.shops.bakery = 'bread'", "a mapping with the keys sells, order")),
 ]
 
 
@@ -85,6 +120,15 @@ def test_bad_sections_are_refused_by_name(content: dict[str, object], expected: 
     assert "\n" not in message
     for part in expected:
         assert part in message
+
+
+def test_what_a_tilde_takes_out_is_told_where_a_default_takes_its_place(capsys: pytest.CaptureFixture[str]) -> None:
+    note_taken_out(["~town.streets", "~town.shops.bakery.order", "~town.shops.books", "~country"])
+    town(shops={"bakery": {"sells": "bread"}})
+    assert sorted(capsys.readouterr().err.splitlines()) == [
+        f"~town.shops.bakery.order: falls back to {Order.LAST!r}, the default of the code, not that of conf/town/",
+        "~town.streets: falls back to 2, the default of the code, not that of conf/town/",
+    ]
 
 
 def test_a_missing_section_is_named() -> None:
@@ -110,7 +154,7 @@ IMPOSSIBLE = [
     (RobotConfig, {"radius_m": -0.1, "step_m": 0.5}, "robot.radius_m"),
     (RobotConfig, {"radius_m": 0.1, "step_m": 0.0}, "robot.step_m"),
     (PlannerConfig, {"max_subgoals": 0}, "planner.max_subgoals"),
-    (PlannerConfig, {"max_subgoals": ordering.MOST_SUBGOALS + 1}, "planner.max_subgoals = 63: expected from 1 to 62"),
+    (PlannerConfig, {"max_subgoals": ordering.MOST_SUBGOALS + 1}, "planner.max_subgoals = 21: expected from 1 to 20"),
     (PlannerConfig, {"failure_penalty_m": float("nan")}, "planner.failure_penalty_m"),
     (ExecutionConfig, {"workers": 0}, "execution.workers"),
     (ExecutionConfig, {"backend": "thread"}, "execution.backend"),

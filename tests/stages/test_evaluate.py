@@ -11,21 +11,29 @@ import torch
 from omegaconf import DictConfig, OmegaConf
 
 from models.subgoals import SubgoalNet
-from pipeline.errors import TableError
+from pipeline.errors import PartError, TableError
 from pipeline.evaluation.trials import read_episodes, read_trials, trial_rows
 from pipeline.grids.occupancy import Cell, center_of
 from pipeline.grids.sampling import ends_between
 from pipeline.grids.store import GridRecord, Pair, read_pairs, read_worlds, write_pairs, write_worlds
-from pipeline.learning.weights import NetworkHeader, save_weights
+from pipeline.learning.weights import save_weights
 from pipeline.stages import evaluate as stage
 from pipeline.stages.evaluate import evaluate
+from pipeline.systems.subgoals.network_header import SUBGOAL_NETWORK, NetworkHeader
 from tests.worlds import DEAD_END, draw
 
 MADE_WITH = {
     "sensor.beams": 256, "sensor.input_beams": 256, "sensor.max_range_m": 4.0, "sensor.noise_m": 0.0,
     "robot.radius_m": 0.0, "robot.step_m": 0.7, "robot.merge_m": 0.0, "rasterize.resolution_m": 1.0,
-    "harvest.weight_floor_m": 1.0,
+    "harvest.weight_floor_m": 1.0, "sensor.field_of_view_deg": 360.0, "sensor.layers": [], "robot.motion": "walk",
+    "robot.primitives": 65, "robot.turn_m": 0.0, "robot.turning_radius_m": 0.6,
 }  # fmt: skip
+COMPETITORS = {
+    "optimistic": {"role": "baseline", "use": "optimistic"},
+    "learned": {"role": "candidate", "use": "subgoals"},
+    "perfect": {"role": "bound", "use": "subgoals", "settings": {"estimator": "labels"}},
+    "known_map": {"role": "bound", "use": "known_map"},
+}
 ENDS = [((6, 5), (6, 18)), ((6, 18), (6, 5)), ((1, 1), (6, 6)), ((11, 18), (6, 13)), ((6, 1), (6, 14)),
         ((3, 3), (11, 10)), ((9, 16), (1, 3))]  # fmt: skip
 
@@ -52,7 +60,7 @@ def write_network(artifacts: Path, made_with: dict[str, Any]) -> None:
     header = NetworkHeader(inputs=260, hidden=(8, 4), dropout=0.1, input_frame="subgoal",
                            target_scaling="standardise", made_with=made_with)  # fmt: skip
     arrays = {name: value.numpy() for name, value in net.state_dict().items() if "num_batches" not in name}
-    save_weights(artifacts / "train" / "network.safetensors", header, arrays)
+    save_weights(artifacts / "train" / "network.safetensors", SUBGOAL_NETWORK, header, arrays)
 
 
 def configuration(artifacts: Path, *overrides: str) -> DictConfig:
@@ -61,12 +69,13 @@ def configuration(artifacts: Path, *overrides: str) -> DictConfig:
             "seed": 3,
             "artifacts": str(artifacts),
             "experiment_name": "test",
+            "system": "subgoals",
             "execution": {"workers": 1, "progress": False},
             "tracking": {"enabled": False},
             "sensor": {"beams": 256, "input_beams": 256, "max_range_m": 4.0},
             "robot": {"radius_m": 0.0, "step_m": 0.7},
             "planner": {},
-            "evaluate": {"recorded_trials": 3, "pairs_per_unit": 3},
+            "evaluate": {"competitors": COMPETITORS, "recorded_trials": 3, "pairs_per_unit": 3},
         }
     )
     return OmegaConf.merge(base, OmegaConf.from_dotlist(list(overrides)))  # type: ignore[return-value]
@@ -74,8 +83,8 @@ def configuration(artifacts: Path, *overrides: str) -> DictConfig:
 
 def ratios(artifacts: Path) -> dict[str, float]:
     rows = trial_rows(read_trials(artifacts / "evaluate/trials.parquet"))
-    costs = {(row.trial_id, row.planner): row.cost_m for row in rows}
-    return {name: cost / costs[name, "optimistic"] for (name, planner), cost in costs.items() if planner == "learned"}
+    costs = {(row.trial_id, row.competitor): row.cost_m for row in rows}
+    return {name: cost / costs[name, "optimistic"] for (name, who), cost in costs.items() if who == "learned"}
 
 
 def test_the_worst_and_the_best_trial_are_recorded_whatever_their_place(artifacts: Path) -> None:
@@ -89,10 +98,10 @@ def test_the_worst_and_the_best_trial_are_recorded_whatever_their_place(artifact
     recorded = {episode.trial_id for episode in episodes}
     assert len(recorded) == 3
     assert {ranked[0], ranked[-1]} <= recorded
-    assert {episode.planner for episode in episodes} == {"optimistic", "learned", "perfect"}
-    costs = {(row.trial_id, row.planner): row.cost_m for row in
+    assert {episode.competitor for episode in episodes} == {"optimistic", "learned", "perfect"}
+    costs = {(row.trial_id, row.competitor): row.cost_m for row in
              trial_rows(read_trials(artifacts / "evaluate/trials.parquet"))}  # fmt: skip
-    assert all(episode.cost_m == costs[episode.trial_id, episode.planner] for episode in episodes)
+    assert all(episode.cost_m == costs[episode.trial_id, episode.competitor] for episode in episodes)
 
 
 def test_records_do_not_depend_on_workers_units_or_restarts(artifacts: Path) -> None:
@@ -120,7 +129,7 @@ def test_a_drive_that_does_not_repeat_is_refused(artifacts: Path, monkeypatch: p
         return [row._replace(cost_m=row.cost_m + 1.0) for row in trial_rows(trials)]
 
     monkeypatch.setattr(stage, "trial_rows", another)
-    with pytest.raises(TableError, match=r"driven again from its seed.*must be equal"):
+    with pytest.raises(PartError, match=r"competitors\.optimistic: trial .*driven again from its seed.*must be equal"):
         evaluate(configuration(artifacts))
 
 
@@ -137,9 +146,9 @@ def test_each_setting_the_network_was_not_made_with_is_one_line(
     evaluate(configuration(artifacts, "sensor.max_range_m=5.0", "robot.merge_m=1.5"))
     remarks = json.loads((artifacts / "evaluate/summary.json").read_text())["remarks"]
     assert remarks == [
-        "The network was made with rasterize.resolution_m = 0.1; these trials are driven with 1.0.",
-        "The network was made with robot.merge_m = 0.0; these trials are driven with 1.5.",
-        "The network was made with sensor.max_range_m = 4.0; these trials are driven with 5.0.",
+        "learned: The network was made with rasterize.resolution_m = 0.1; these trials are driven with 1.0.",
+        "learned: The network was made with robot.merge_m = 0.0; these trials are driven with 1.5.",
+        "learned: The network was made with sensor.max_range_m = 4.0; these trials are driven with 5.0.",
     ]
     said = capsys.readouterr()
     assert said.err.splitlines() == [f"warning: {remark}" for remark in remarks]
@@ -167,7 +176,7 @@ def test_weights_that_do_not_say_what_they_were_made_with(artifacts: Path, capsy
 
 def test_without_the_learned_planner_the_network_is_of_no_interest(artifacts: Path) -> None:
     shutil.rmtree(artifacts / "train")
-    evaluate(configuration(artifacts, "evaluate.planners=[optimistic,perfect]"))
+    evaluate(configuration(artifacts, "evaluate.competitors.learned=null"))
     assert len(read_episodes(artifacts / "evaluate/episodes.parquet")) == 6
 
 

@@ -14,12 +14,13 @@ from pipeline.datums import read_datums, shard_path, stack, write_shard
 from pipeline.errors import TableError
 from pipeline.evaluation.trials import read_trials, write_trials
 from pipeline.files import damage, write_json
-from pipeline.learning.weights import NetworkHeader, load_weights, save_weights
+from pipeline.learning.weights import load_weights, save_weights
 from pipeline.stages.units import run_units
+from pipeline.systems.subgoals.network_header import SUBGOAL_NETWORK, NetworkHeader
 from tests.datums.rows import make_datums
 from tests.evaluation.rows import trial
 
-ROWS = [trial(f"plan{index}/0", planner, 10.0 + index) for planner in ("optimistic", "learned") for index in range(4)]
+ROWS = [trial(f"plan{index}/0", name, 10.0 + index) for name in ("optimistic", "learned") for index in range(4)]
 
 
 def make_shard(scratch: Path, number: int) -> None:
@@ -49,13 +50,13 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     net = SubgoalNet(inputs=6, hidden=(4, 3))
     header = NetworkHeader(inputs=6, hidden=(4, 3), dropout=0.5, input_frame="subgoal", target_scaling="standardise")
     arrays = {name: value.numpy() for name, value in net.state_dict().items() if "num_batches" not in name}
-    save_weights(root / "network.safetensors", header, arrays)
+    save_weights(root / "network.safetensors", SUBGOAL_NETWORK, header, arrays)
     write_trials(root / "trials.parquet", ROWS)
     return root
 
 
 READ: dict[str, Callable[[Path], object]] = {
-    "network.safetensors": load_weights,
+    "network.safetensors": lambda path: load_weights(path, SUBGOAL_NETWORK),
     "trials.parquet": read_trials,
     "datums": read_datums,
 }

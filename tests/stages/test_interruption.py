@@ -98,7 +98,7 @@ def test_two_workers_drive_the_same_trials(undisturbed: Path, tmp_path: Path) ->
         folder = tmp_path / str(workers)
         folder.mkdir()
         artifacts = beside(undisturbed, folder)
-        run("evaluate", artifacts, f"execution.workers={workers}", "evaluate.planners=[optimistic,perfect]",
+        run("evaluate", artifacts, f"execution.workers={workers}", "evaluate.competitors.learned=null",
             "evaluate.pairs_per_unit=1")  # fmt: skip
         digests.append(digest(read_trials(artifacts / "evaluate" / "trials.parquet")))
     assert digests[0] == digests[1]

@@ -185,7 +185,7 @@ BAD_PLANS = {
         PlanError,
         "map.yaml: image missing",
     ),
-    "unknown reader": (_nothing, {"reader": "dwg"}, ConfigError, "plans.reader = dwg: expected null or one of mit"),
+    "unknown reader": (_nothing, {"reader": "dwg"}, ConfigError, "plans.reader = dwg: expected null, one of mit"),
     "no root": (_nothing, {"root": None}, ConfigError, "plans.root is not given: expected the folder or file"),
     "unknown source": (
         _nothing,

@@ -19,12 +19,15 @@ from pipeline.datums import read_blocks, shard_path, stack, write_shard
 from pipeline.errors import ConfigError, TableError
 from pipeline.files import sum_path, write_json
 from pipeline.learning.weights import load_weights
-from pipeline.simulation.trial import Ending, run_trial
+from pipeline.simulation.trial import Ending, Robot, run_trial
 from pipeline.simulation.world import make_world
 from pipeline.stages.door import typed
-from pipeline.stages.train import TrainConfig, network_inputs, read_examples, train
+from pipeline.stages.train import train
 from pipeline.systems.subgoals.estimator import LearnedEstimator
+from pipeline.systems.subgoals.network_header import SUBGOAL_NETWORK
 from pipeline.systems.subgoals.planner import Estimated, SubgoalPlanner
+from pipeline.systems.subgoals.settings import TrainConfig
+from pipeline.systems.subgoals.training import network_inputs, read_examples
 from tests.datums.rows import make_datums
 from tests.worlds import TWO_ROOMS, draw, small_lidar
 
@@ -40,6 +43,7 @@ def configuration(artifacts: Path, **train_keys: Any) -> DictConfig:
             "seed": 3,
             "artifacts": str(artifacts),
             "experiment_name": "test",
+            "system": "subgoals",
             "execution": {"workers": 1, "progress": False},
             "tracking": {"enabled": False},
             "train": QUICK | train_keys,
@@ -71,7 +75,7 @@ def test_datums_become_weights_that_a_planner_can_use(tmp_path: Path) -> None:
     assert result.model.outputs.shape == (16, 3)
 
 
-def test_weights_say_what_their_datums_were_made_with(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_weights_say_what_their_datums_were_made_with(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     made_with = {"sensor.max_range_m": 7.5, "robot.merge_m": 0.4, "rasterize.resolution_m": [0.1, 0.2]}
     for artifacts in (tmp_path / "told", tmp_path / "untold"):
         write_datums(artifacts)
@@ -79,9 +83,9 @@ def test_weights_say_what_their_datums_were_made_with(tmp_path: Path, capsys: py
     found = []
     for artifacts in (tmp_path / "told", tmp_path / "untold"):
         train(configuration(artifacts))
-        found.append(load_weights(artifacts / "train" / "network.safetensors")[0].made_with)
+        found.append(load_weights(artifacts / "train" / "network.safetensors", SUBGOAL_NETWORK)[0].made_with)
     assert found == [made_with | {"train.seed": 3}, {"train.seed": 3}]
-    assert capsys.readouterr().out.count("the weights will not say what sensor and robot they were made with") == 1
+    assert caplog.text.count("the weights will not say what sensor and robot they were made with") == 1
 
 
 def test_a_harvest_summary_that_is_none_is_named(tmp_path: Path) -> None:
@@ -102,7 +106,9 @@ def test_a_network_may_read_the_map(tmp_path: Path) -> None:
     asked: list[Estimated] = []
     planner.on_estimate = asked.append
     lidar = small_lidar(2.0)
-    episode = run_trial(world, drawn.start, drawn.goal, planner, lidar=lidar, step_m=0.5, rng=np.random.default_rng(0))
+    episode = run_trial(
+        world, drawn.start, drawn.goal, planner, robot=Robot(lidar, step_m=0.5), rng=np.random.default_rng(0)
+    )
     assert episode.ending is Ending.REACHED
     assert any(0 < found.p_success < 1 for each in asked for found in each.properties)
 
@@ -133,7 +139,7 @@ def test_the_seed_of_the_training_is_its_own(tmp_path: Path) -> None:
         weights[key] = path.read_bytes()
         config = TrainConfig(**QUICK, seed=key)
         examples[key] = read_examples(artifacts / "harvest" / "datums", "train", config, tmp_path).fingerprint()
-        assert load_weights(path)[0].made_with["train.seed"] == (3 if key is None else key)
+        assert load_weights(path, SUBGOAL_NETWORK)[0].made_with["train.seed"] == (3 if key is None else key)
     assert weights[None] == weights[3] != weights[4]
     assert len(set(examples.values())) == 1
 
@@ -149,7 +155,7 @@ def test_how_datums_are_cut_into_shards_and_blocks_does_not_matter(tmp_path: Pat
     blocks = list(read_blocks(tmp_path / "60", ["train"], rows_at_once=7))
     assert [len(block.pair_id) for block in blocks] == [7] * 8 + [4]
     inputs = np.concatenate([network_inputs(block, config, tmp_path) for block in blocks])
-    assert np.array_equal(whole.inputs.numpy(), inputs)
+    assert np.array_equal(whole["inputs"].numpy(), inputs)
 
 
 @pytest.mark.parametrize("splits", [("train",), ("validation",)])
@@ -198,7 +204,7 @@ def test_a_killed_training_leaves_no_scratch_and_ends_with_the_same_weights(tmp_
             process.kill()
     assert process.returncode == -signal.SIGKILL
     assert {path.name for path in killed.iterdir()} == {"harvest", "train"}
-    done = torch.load(killed / "train" / "last.ckpt", weights_only=True)["global_step"]
+    done = torch.load(killed / "train" / "last.ckpt", weights_only=True)["hinterland"]["step"]
     assert done >= 20
     for artifacts in (killed, alone):
         train(configuration(artifacts, steps=done + 20))
@@ -281,7 +287,7 @@ def test_a_bad_key_is_named(tmp_path: Path, keys: dict[str, Any], message: str) 
 
 
 def test_the_shipped_defaults_are_the_papers() -> None:
-    shipped = OmegaConf.load(Path(__file__).parents[2] / "conf" / "train" / "default.yaml")
+    shipped = OmegaConf.load(Path(__file__).parents[2] / "conf" / "train" / "subgoals.yaml")
     config = typed(TrainConfig, OmegaConf.create({"train": shipped}), "train")
     assert config == TrainConfig()
     assert (config.steps, config.batch_size, config.hidden) == (100_000, 256, [256, 128, 48, 16])

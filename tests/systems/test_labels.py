@@ -9,7 +9,7 @@ from pipeline.grids.zones import REACHED
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Surroundings
-from pipeline.simulation.trial import run_trial
+from pipeline.simulation.trial import Robot, run_trial
 from pipeline.simulation.world import World, make_world
 from pipeline.systems.subgoals.beyond import Beyond
 from pipeline.systems.subgoals.labels import Label, LabelBook, label_subgoals, misclassification_costs
@@ -34,7 +34,7 @@ class Recorder:
 def explore(drawn: Drawing, reach: float = 3.0) -> tuple[World, list[Seen]]:
     world = make_world("drawn", drawn.grid, 0.0)
     recorder = Recorder()
-    run_trial(world, drawn.start, drawn.goal, recorder, lidar=small_lidar(reach), step_m=1.0,
+    run_trial(world, drawn.start, drawn.goal, recorder, robot=Robot(small_lidar(reach), step_m=1.0),
               rng=np.random.default_rng(0))  # fmt: skip
     return world, recorder.seen
 

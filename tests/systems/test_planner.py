@@ -43,7 +43,7 @@ def test_both_ways_are_priced_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def order(*costs: Any, failure_penalty: float) -> Ordering:
         asked.append(costs)
-        return Ordering([0, 1], 0.0, 0.0)
+        return Ordering([0, 1], 0.0)
 
     monkeypatch.setattr(module, "order_subgoals", order)
     drawn = draw(*KNOWN)

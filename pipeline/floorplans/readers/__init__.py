@@ -97,18 +97,18 @@ class Classified:
     problem: PlanError | None = None
 
 
-def classify(files: Sequence[SourceFile], reader_name: str | None = None) -> list[Classified]:
+def classify(files: Sequence[SourceFile], reader: str | Reader | None = None) -> list[Classified]:
     """Return what each file is, by a look into it. With a named reader, all files whose name fits it are plans.
 
     Raises:
         PlanError: no such reader.
     """
-    named = None if reader_name is None else _named(reader_name)
+    named = None if reader is None else _named(reader)
     maps = pictures_named_by(file.path for file in files if file.path.suffix.lower() in YAML_ENDINGS)
     return [_classify(file, named, alone=len(files) == 1, of_maps=maps) for file in files]
 
 
-def find_plan_files(root: Path, reader_name: str | None = None) -> list[Path]:
+def find_plan_files(root: Path, reader: str | Reader | None = None) -> list[Path]:
     """Return the files under ``root`` (a folder or one file) that hold plans, or should by their names; sorted.
 
     Archives are not looked into: see `pipeline.floorplans.sources.open_source`.
@@ -121,18 +121,19 @@ def find_plan_files(root: Path, reader_name: str | None = None) -> list[Path]:
     if root.is_file():
         return [root]
     files = [lone_file(path) for path in sorted(root.rglob("*")) if path.is_file()]
-    classified = classify(files, reader_name)
+    classified = classify(files, reader)
     found = [entry.file.path for entry in classified if entry.role in (PLAN, BAD)]
     if not found:
-        raise PlanError(nothing_found(root, reader_name, classified))
+        raise PlanError(nothing_found(root, reader, classified))
     return found
 
 
-def nothing_found(root: Path, reader_name: str | None, found: Sequence[Classified] = ()) -> str:
+def nothing_found(root: Path, reader: str | Reader | None, found: Sequence[Classified] = ()) -> str:
     """Return the sentence that says why there is no plan below ``root``, where the files ``found`` are."""
-    if reader_name is not None:
-        wanted = " or ".join(_named(reader_name).patterns)
-        return f"plans.root = {root}: no {wanted} in this folder, as {reader_name} reads. Is it the right one?"
+    if reader is not None:
+        named = _named(reader)
+        wanted = " or ".join(named.patterns)
+        return f"plans.root = {root}: no {wanted} in this folder, as {named.name} reads. Is it the right one?"
     others = [entry.file for entry in found if entry.role == UNRECOGNISED]
     if not others:
         return f"plans.root = {root}: no floor plan in this folder. Is it the right one?"
@@ -144,7 +145,7 @@ def nothing_found(root: Path, reader_name: str | None, found: Sequence[Classifie
 
 
 def read_plan_file(
-    path: Path, reader_name: str | None = None, options: ReadOptions | None = None
+    path: Path, reader: str | Reader | None = None, options: ReadOptions | None = None
 ) -> list[FloorPlan | GridPlan | PlanError]:
     """Read one file with the named reader, or with the first one that recognises its content.
 
@@ -155,7 +156,7 @@ def read_plan_file(
     """
     if not path.is_file():
         raise PlanError(f"{path}: no such file.")
-    readers = [_named(reader_name)] if reader_name is not None else [r for r in READERS.values() if r.sniff(path)]
+    readers = [_named(reader)] if reader is not None else [r for r in READERS.values() if r.sniff(path)]
     if not readers:
         raise PlanError(sentence_of(path, path))
     return list(read_plans(replace(lone_file(path), lone=True), readers[0], options))
@@ -164,7 +165,7 @@ def read_plan_file(
 def read_plans(
     file: SourceFile, reader: Reader, options: ReadOptions | None = None
 ) -> Iterator[FloorPlan | GridPlan | PlanError]:
-    """Yield each plan of a file, with the building that a manifest gives it, or the error that refuses one record.
+    """Yield each plan of a file, with building and split from its manifest, or the error that refuses one record.
 
     Raises:
         PlanError: the file as a whole is damaged or lacks something.
@@ -190,11 +191,12 @@ def read_plans(
 def _finished(
     found: FloorPlan | GridPlan | PlanError, file: SourceFile, manifest: Manifest | None, options: ReadOptions
 ) -> FloorPlan | GridPlan | PlanError:
-    """Return what a reader found as a person knows it: with the building and source of the file, and without paper."""
+    """Return what a reader found as a person knows it: with building, split and source, and without paper."""
     if isinstance(found, PlanError):
         return PlanError(file.named_anew(str(found)))
-    building = manifest.building_of(found.plan_id) if manifest is not None else None
-    plan = replace(found, building=building or found.building, source=file.source_of(found.source))
+    said = (manifest.building_of(found.plan_id), manifest.split_of(found.plan_id)) if manifest else (None, None)
+    building, split = said[0] or found.building, said[1] or found.split
+    plan = replace(found, building=building, split=split, source=file.source_of(found.source))
     if not options.paper or not isinstance(plan, GridPlan):
         return plan
     try:
@@ -226,7 +228,9 @@ def _fits(path: Path, reader: Reader) -> bool:
     return any(fnmatch(path.name.lower(), pattern.lower()) for pattern in reader.patterns)
 
 
-def _named(name: str) -> Reader:
+def _named(name: str | Reader) -> Reader:
+    if not isinstance(name, str):
+        return name
     if name not in READERS:
         raise PlanError(f"plans.reader = {name}: no such reader. Choose one of {', '.join(READERS)}, or null.")
     return READERS[name]

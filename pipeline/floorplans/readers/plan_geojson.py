@@ -14,6 +14,7 @@ from shapely.geometry import MultiPoint, MultiPolygon, Point, Polygon
 
 from pipeline.errors import PlanError
 from pipeline.floorplans.cell_areas import CellRaster
+from pipeline.floorplans.manifest import SPLITS
 from pipeline.floorplans.plan import (
     CLUTTER,
     FREE,
@@ -45,7 +46,6 @@ _MOST_WORK = 20_000_000_000  # areas times cells: a minute
 _MOST_LAYERS = 16
 _HIGHEST_VALUE = 0xFFFF
 _LONGEST_REMARK = 2000
-_SPLITS = ("train", "validation", "test")
 
 _Properties: TypeAlias = Mapping[str, Any]
 
@@ -93,7 +93,7 @@ def _plan(path: Path, found: Features) -> FloorPlan | GridPlan:
         "floor": short_text(about.get("floor") or path.stem),
         "environment": short_text(about.get("environment") or "plan_geojson"),
         "source": path.name,
-        "split": split if split in _SPLITS else None,
+        "split": split if split in SPLITS else None,
         "doors": tuple(door for number, each in enumerate(_of_kind(found, "door")) for door in _doors(each, number)),
         "endpoints": None if start is None or goal is None else (start, goal),
     }

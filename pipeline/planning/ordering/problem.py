@@ -1,4 +1,4 @@
-"""What an ordering of subgoals costs: the numbers that every solver reads, and equation (4) of LSP along one."""
+"""What an ordering of subgoals costs: the numbers that the solver reads."""
 
 from typing import NamedTuple
 
@@ -54,17 +54,3 @@ def _fill(
         fail[b] = 1.0 - p_success[b]
         gain[b] = p_success[b] * success[b] if p_success[b] > 0.0 else 0.0  # what cannot happen costs nothing,
         gain[b] += fail[b] * exploration[b] if fail[b] > 0.0 else 0.0  # be it inf
-
-
-@njit(cache=True, nogil=True)
-def cost_along(problem: Problem, order: Indices) -> float:
-    """Return the expected cost of trying the subgoals in ``order`` [N], with nothing added when all have failed."""
-    legs, gain, fail = problem
-    cost, chance = 0.0, 1.0
-    last = gain.size
-    for b in order:
-        if chance > 0.0:  # behind a sure subgoal even a way of inf costs nothing
-            cost += chance * (legs[last, b] + gain[b])
-        chance *= fail[b]
-        last = b
-    return cost

@@ -5,17 +5,19 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline.errors import TableError
-from pipeline.learning.weights import Arrays, NetworkHeader, load_weights
+from pipeline.learning.dense import DenseNetwork
+from pipeline.learning.inference import Inference
+from pipeline.learning.weights import Arrays, load_weights
 from pipeline.planning.protocols import Estimates
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Subgoal, Surroundings
 from pipeline.systems.subgoals.inputs import INPUT_FRAMES, PLACES, InputFrame, subgoal_inputs
 from pipeline.systems.subgoals.map_inputs import MAP_INPUTS, map_inputs
 from pipeline.systems.subgoals.map_view import MapViews
+from pipeline.systems.subgoals.network_header import SUBGOAL_NETWORK, NetworkHeader
 from pipeline.systems.subgoals.observation import observe
 
 _CERTAIN = 1e-6  # how close P_S comes to 0 and 1: a planner may divide by either, and no network knows better
@@ -35,8 +37,7 @@ class LearnedEstimator:
         self._frame: InputFrame = "robot" if header.input_frame == "robot" else "subgoal"
         self._from_map = header.input_frame == "map"
         self._views: MapViews | None = None
-        self._widths = np.array([header.inputs, *header.hidden, 3], dtype=np.int64)
-        self._weights = _fold(header, arrays)
+        self._network: Inference = _fold(header, arrays)
         self._log_targets = header.target_scaling == "log"
 
     @classmethod
@@ -46,7 +47,7 @@ class LearnedEstimator:
         input_beams: how many ranges the sensor will hand over, where that is known already.
         Raises TableError naming the file when it is missing, damaged, of another version or for other inputs.
         """
-        header, arrays = load_weights(path)
+        header, arrays = load_weights(path, SUBGOAL_NETWORK)
         known = header.input_frame in (*INPUT_FRAMES, "map")
         if not known or (header.inputs != MAP_INPUTS if header.input_frame == "map" else header.inputs <= PLACES):
             raise TableError(
@@ -100,71 +101,30 @@ class LearnedEstimator:
         return self._run(subgoal_inputs(ranges, goal_xy, subgoal_xy, frame=self._frame))
 
     def _run(self, inputs: NDArray[np.float32]) -> Estimates:
-        raw = _forward(np.ascontiguousarray(inputs), self._weights, self._widths).astype(np.float64)
+        raw = self._network.run(inputs).astype(np.float64)
         p = 0.5 * (1.0 + np.tanh(0.5 * raw[:, 0]))  # the sigmoid, without overflow
         costs = np.maximum(np.expm1(raw[:, 1:]) if self._log_targets else raw[:, 1:], 0.0)
         return Estimates(np.clip(p, _CERTAIN, 1.0 - _CERTAIN), costs[:, 0], costs[:, 1])
 
 
-@njit(cache=True, nogil=True)
-def _forward(
-    inputs: NDArray[np.float32], weights: NDArray[np.float32], widths: NDArray[np.int64]
-) -> NDArray[np.float32]:
-    """Return the outputs [n, widths[-1]] for ``inputs`` [n, widths[0]]; a sigmoid follows each layer but the last.
-
-    weights: of each layer the matrix [fan in, fan out], row by row, then the biases. The sums have a fixed order: a
-    library of linear algebra orders them by the number of rows, and starts threads for a matter of microseconds.
-    """
-    here, at = inputs, 0
-    for layer in range(widths.size - 1):
-        fan_in, fan_out = widths[layer], widths[layer + 1]
-        matrix = weights[at : at + fan_in * fan_out].reshape(fan_in, fan_out)
-        at += fan_in * fan_out
-        there = np.empty((inputs.shape[0], fan_out), dtype=np.float32)
-        for row in range(inputs.shape[0]):
-            _add_products(here[row], matrix, weights[at : at + fan_out], there[row])
-            if layer < widths.size - 2:
-                for unit in range(fan_out):
-                    there[row, unit] = np.float32(1.0) / (np.float32(1.0) + np.exp(-there[row, unit]))
-        at += fan_out
-        here = there
-    return here
+def load_estimator(network: Path, input_beams: int) -> LearnedEstimator:
+    """Return the estimator of the weights at ``network``. Raises TableError as `LearnedEstimator.load`."""
+    return LearnedEstimator.load(network, input_beams=input_beams)
 
 
-@njit(cache=True, nogil=True)
-def _add_products(
-    values: NDArray[np.float32], matrix: NDArray[np.float32], bias: NDArray[np.float32], sums: NDArray[np.float32]
-) -> None:
-    """Write ``values @ matrix + bias`` into ``sums``: four rows of the matrix at a time, to store a sum less often."""
-    for unit in range(sums.size):  # not sums[:] = bias, whose checks take seconds to compile
-        sums[unit] = bias[unit]
-    whole = values.size // 4 * 4
-    for k in range(0, whole, 4):
-        one, two, three, four = values[k], values[k + 1], values[k + 2], values[k + 3]
-        for unit in range(sums.size):
-            so_far = sums[unit] + one * matrix[k, unit]
-            so_far += two * matrix[k + 1, unit]
-            so_far += three * matrix[k + 2, unit]
-            sums[unit] = so_far + four * matrix[k + 3, unit]
-    for k in range(whole, values.size):
-        for unit in range(sums.size):
-            sums[unit] += values[k] * matrix[k, unit]
-
-
-def _fold(header: NetworkHeader, arrays: Arrays) -> NDArray[np.float32]:
-    """Return the weights for ``_forward``, with everything affine folded in: scalings, batch norms, calibration."""
+def _fold(header: NetworkHeader, arrays: Arrays) -> DenseNetwork:
+    """Return the network with everything affine folded into its layers: scalings, batch norms, calibration."""
     wide = {name: array.astype(np.float64) for name, array in arrays.items()}
     scale = 1.0 / wide["input_std"]
     shift = -wide["input_mean"] * scale
-    parts = []
+    layers = []
     for index, _ in enumerate(header.hidden):
         norm = {part: wide[f"layers.{index}.1.{part}"] for part in ("weight", "bias", "running_mean", "running_var")}
         gain = norm["weight"] / np.sqrt(norm["running_var"] + 1e-5)  # torch's default eps
         weight = wide[f"layers.{index}.0.weight"]
         bias = (weight @ shift + wide[f"layers.{index}.0.bias"] - norm["running_mean"]) * gain + norm["bias"]
-        parts += [(weight * scale * gain[:, None]).T.ravel(), bias]
+        layers.append((weight * scale * gain[:, None], bias))
         scale, shift = np.ones(len(bias)), np.zeros(len(bias))
     gain = np.array([header.calibration.slope, *wide["target_std"]])
     offset = np.array([header.calibration.offset, *wide["target_mean"]])
-    parts += [(wide["head.weight"] * gain[:, None]).T.ravel(), wide["head.bias"] * gain + offset]
-    return np.concatenate(parts).astype(np.float32)
+    return DenseNetwork([*layers, (wide["head.weight"] * gain[:, None], wide["head.bias"] * gain + offset)])

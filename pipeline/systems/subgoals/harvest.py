@@ -10,8 +10,7 @@ from pipeline.grids.occupancy import Cell, center_of
 from pipeline.planning.optimistic import OptimisticPlanner
 from pipeline.planning.seen import Seen
 from pipeline.planning.subgoals import Surroundings
-from pipeline.simulation.lidar import Lidar
-from pipeline.simulation.trial import Episode, run_trial
+from pipeline.simulation.trial import Episode, Robot, run_trial
 from pipeline.simulation.world import World
 from pipeline.systems.subgoals.labels import LabelBook, Marked
 from pipeline.systems.subgoals.map_view import MapViews
@@ -69,11 +68,9 @@ def harvest_trial(
     goal: Cell,
     origin: Origin,
     *,
-    lidar: Lidar,
-    step_m: float,
+    robot: Robot,
     weight_floor_m: float,
     rng: np.random.Generator,
-    merge_m: float = 0.0,
     max_steps: int | None = None,
     map_views: bool = False,
 ) -> tuple[Episode, list[Datum]]:
@@ -82,9 +79,7 @@ def harvest_trial(
     map_views: store with each datum how the whole map shows its subgoal.
     """
     harvester = _Harvester(world, origin, weight_floor_m, map_views)
-    episode = run_trial(
-        world, start, goal, harvester, lidar=lidar, step_m=step_m, rng=rng, merge_m=merge_m, max_steps=max_steps
-    )
+    episode = run_trial(world, start, goal, harvester, robot=robot, rng=rng, max_steps=max_steps)
     return episode, harvester.datums
 
 

@@ -105,7 +105,7 @@ class SubgoalPlanner:
             return int(gates[0])
         reach, onward = around.reach.distance_to(gates), around.onward[gates]
         p_success, delta, exploration = np.array([each.properties for each in stored]).T
-        kept = _most_promising(p_success, reach + onward, self.max_subgoals)
+        kept = most_promising(p_success, reach + onward, self.max_subgoals)
         points, reach, onward = gates[kept], reach[kept], onward[kept]
         p_success, delta, exploration = p_success[kept], delta[kept], exploration[kept]
         if self.rescale_probabilities and 0.0 < p_success.sum() < 1.0:
@@ -152,7 +152,7 @@ def _shift(p_success: NDArray[np.float64], optimism: float) -> NDArray[np.float6
 
 
 @njit(cache=True, nogil=True)
-def _most_promising(p_success: NDArray[np.float64], through: NDArray[np.float64], most: int) -> NDArray[np.int64]:
+def most_promising(p_success: NDArray[np.float64], through: NDArray[np.float64], most: int) -> NDArray[np.int64]:
     """Return the places, ascending, of ``most`` subgoals: two of least optimistic cost, then the most likely ones."""
     kept = np.zeros(p_success.size, dtype=np.bool_)
     for count in range(min(most, kept.size)):
