@@ -1,0 +1,1 @@
+"""Perceptually informed abstractions (Stadler 2020, chapter 5)."""
